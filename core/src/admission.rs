@@ -6,6 +6,7 @@ use crate::model::{Knot, MAX_BEARINGS, MAX_PLANES, Model, ModelError, Pedestal, 
 use crate::numerics::{InPlace, Numerics};
 use crate::reading::{MAX_PROBES, rad_s};
 use crate::response::{Response, SupportAmplitudes};
+use crate::scalar;
 
 /// Relative step in speed that tries a model's conditioning, and the largest relative change of the response it may
 /// cause: room for a resonance of quality 5,000; a shaft on fluid films stays below 100.
@@ -239,7 +240,7 @@ fn influences<const PROBES: usize, const PLANES: usize>(
 }
 
 fn largest(cells: impl Iterator<Item = Complex<f32>>) -> f32 {
-    cells.map(|cell| cell.l1_norm()).fold(0.0, f32::max)
+    cells.map(|cell| cell.l1_norm()).fold(0.0, scalar::greater)
 }
 
 fn all(numbers: &[f32]) -> bool {

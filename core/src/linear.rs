@@ -44,7 +44,7 @@ impl<const MOST: usize> Blocks<MOST> {
         while let Some((pivot_row, below)) = mem::take(&mut rest).split_first_mut() {
             let (pivot, after) = pivot_row.get_mut(column..)?.split_first_mut()?;
             *pivot = inverse(pivot)?;
-            let largest = pivot.as_flattened().iter().fold(0.0_f32, |most, &z| most.max(scalar::size(z)));
+            let largest = scalar::largest_size(pivot.as_flattened());
             if largest > growth && !below.is_empty() {
                 return None;
             }

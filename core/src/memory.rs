@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::detector::{Baseline, Detector, LatchedFlag, Level, Reference, Suspicion};
 use crate::model::{MAX_PLANES, Pair};
 use crate::packed::{pack_checked, unpack_checked};
+use crate::scalar;
 use crate::state::Reason;
 
 /// Bytes of the largest memory.
@@ -101,7 +102,7 @@ impl Memory {
 
     /// The detector that goes on from here.
     pub fn detector(&self) -> Detector {
-        let positive = |number: f32| if number.is_finite() { number.max(0.0) } else { 0.0 };
+        let positive = |number: f32| if number.is_finite() { scalar::greater(0.0, number) } else { 0.0 };
         let cause = Some(Reason::from_code(self.cause)).filter(|cause| *cause != Reason::None);
         let suspicious_s = positive(self.suspicious_s);
         let suspicion = if self.version == VERSION_OF_RUNS {

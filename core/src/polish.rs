@@ -24,6 +24,7 @@ mod tests;
 
 use crate::fit::BoundedFit;
 use crate::model::{MAX_PLANES, Pair};
+use crate::scalar;
 use tableau::Tableau;
 
 /// Rounds of tangents, at most; three or four are usual where a bound is active.
@@ -141,7 +142,7 @@ fn within_bounds<const PROBES: usize, const PLANES: usize>(
         if tableau.has_tangents() {
             best.consider(fit, tableau.pulled_g_mm(vertex));
         }
-        least_um = least_um.max(certificate::least_um(fit, &mut tableau.multipliers(fit)));
+        least_um = scalar::greater(least_um, certificate::least_um(fit, &mut tableau.multipliers(fit)));
         if best.residual_um - least_um <= enough || !tableau.cut(OUTSIDE) {
             break;
         }
@@ -161,7 +162,7 @@ fn within_bounds<const PROBES: usize, const PLANES: usize>(
         free_residual_um,
         free_g_mm,
         // Rounding may leave the bound above what it bounds; not a number proves nothing.
-        gap_um: if gap_um.is_nan() { f32::INFINITY } else { gap_um.max(0.0) },
+        gap_um: if gap_um.is_nan() { f32::INFINITY } else { scalar::greater(0.0, gap_um) },
         at_bound,
     }
 }

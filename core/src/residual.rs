@@ -4,6 +4,7 @@ use core::error::Error;
 use core::fmt;
 
 use crate::reading::{MAX_PROBES, ProbeVector};
+use crate::scalar;
 
 /// Why there is no verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,7 +72,7 @@ impl Residual {
             return Err(ResidualError::NotFinite);
         }
         residual.ratio =
-            if residual.e_um == 0.0 { 0.0 } else { (residual.e_um / residual.f_um).min(f32::MAX) };
+            if residual.e_um == 0.0 { 0.0 } else { scalar::lesser(f32::MAX, residual.e_um / residual.f_um) };
         Ok(residual)
     }
 }

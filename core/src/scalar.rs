@@ -50,6 +50,24 @@ pub(crate) fn subtract_product(sum: Complex<f32>, a: Complex<f32>, b: Complex<f3
     Complex::new(sum.re - a.re * b.re + a.im * b.im, sum.im - a.re * b.im - a.im * b.re)
 }
 
+/// The largest [`size`] of some numbers; those that are not numbers are left out.
+#[inline(never)] // once in flash
+pub(crate) fn largest_size(numbers: &[Complex<f32>]) -> f32 {
+    numbers.iter().fold(0.0, |largest, &z| greater(largest, size(z)))
+}
+
+/// The greater number; the first if the second is not a number. `f32::max` treats both alike, which takes twice the code.
+#[inline(always)]
+pub(crate) fn greater(number: f32, other: f32) -> f32 {
+    if other > number { other } else { number }
+}
+
+/// The lesser number; the first if the second is not a number.
+#[inline(always)]
+pub(crate) fn lesser(number: f32, other: f32) -> f32 {
+    if other < number { other } else { number }
+}
+
 /// 1/z, scaled first: the plain formula squares z and overflows f32 from 1e19 on.
 #[inline]
 pub(crate) fn reciprocal(z: Complex<f32>) -> Complex<f32> {

@@ -194,7 +194,8 @@ impl<const PLANES: usize> Estimator<PLANES> {
     pub fn bound(&mut self, thresholds: &Thresholds, time_us: u64) -> [f32; MAX_PLANES] {
         let Trusted { unbalance_g_mm, deviation_g_mm, is_open } = self.trusted;
         if is_open {
-            let largest = unbalance_g_mm.iter().fold(0.0, |most, &plane| scalar::length(plane).max(most));
+            let largest =
+                unbalance_g_mm.iter().fold(0.0, |most, &plane| scalar::greater(most, scalar::length(plane)));
             return [OPEN * largest; MAX_PLANES];
         }
         let planes = self.tracker.last_g_mm().len();

@@ -120,8 +120,8 @@ impl Pedestal {
 
 /// Both divided by the largest entry, and that entry: the determinant of stiffnesses squared leaves f32.
 fn scaled(bearing: Block, pedestal: [C; 2]) -> (f32, Block, [C; 2]) {
-    let entries = bearing.as_flattened().iter().chain(&pedestal);
-    let largest = entries.fold(0.0_f32, |size, &z| size.max(scalar::size(z)));
+    let [of_bearing, of_pedestal] = [bearing.as_flattened(), &pedestal].map(scalar::largest_size);
+    let largest = scalar::greater(of_bearing, of_pedestal);
     let scale = 1.0 / largest;
     (largest, bearing.map(|row| row.map(|z| z * scale)), pedestal.map(|z| z * scale))
 }

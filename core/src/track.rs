@@ -25,6 +25,7 @@ use crate::polish::{PolishResult, polish, polish_free, polish_warm};
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
 use crate::residual::Residual;
 use crate::response::{Motion, Response, ResponseError, SupportAmplitudes};
+use crate::scalar;
 use crate::swarm::{DEFAULT_PARTICLES, SwarmConfig, search};
 use rounds::Rounds;
 
@@ -217,7 +218,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         let mut bounds: Vec<f32, PLANES> = Vec::new();
         for bound in bound_g_mm.iter().take(model.planes.len()) {
             // Cannot be full: a model has at most so many planes.
-            let _ = bounds.push(bound.max(model.unbalance_floor_g_mm));
+            let _ = bounds.push(scalar::greater(model.unbalance_floor_g_mm, *bound));
         }
         let mut rounds = Rounds::new(self.amplitudes);
         let mut start = self.last_g_mm;

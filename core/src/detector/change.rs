@@ -84,7 +84,7 @@ impl Change {
                 [&mut change.noise_before, &mut change.noise_now].into_iter().zip(variances)
             {
                 *sum += 2.0 * variance;
-                *most = most.max(variance);
+                *most = scalar::greater(*most, variance);
             }
         }
         for (((before, now), &bearing), place) in both() {
@@ -99,7 +99,8 @@ impl Change {
     /// The factor of all vectors and what it leaves unexplained, µm.
     pub fn common_factor(&self) -> Option<(Complex<f32>, f32)> {
         let factor = self.cross / self.before_um2;
-        let left_um = scalar::sqrt((self.now_um2 - self.cross.norm_sqr() / self.before_um2).max(0.0));
+        let left_um =
+            scalar::sqrt(scalar::greater(0.0, self.now_um2 - self.cross.norm_sqr() / self.before_um2));
         let way_um = size_of(factor - 1.0) * scalar::sqrt(self.before_um2);
         self.is_explained(factor.norm_sqr(), way_um, left_um, UNEXPLAINED).then_some((factor, left_um))
     }
@@ -108,9 +109,9 @@ impl Change {
     pub fn local(&self) -> Option<(u8, f32)> {
         let places = [(self.probe, self.probe_um2), (self.bearing, self.bearing_um2)];
         places.into_iter().find_map(|(mask, um2)| {
-            let left_um = scalar::sqrt((self.all_um2 - um2).max(0.0));
-            let is_local =
-                mask != self.all && self.is_explained(1.0, scalar::sqrt(um2.max(0.0)), left_um, 0.0);
+            let left_um = scalar::sqrt(scalar::greater(0.0, self.all_um2 - um2));
+            let is_local = mask != self.all
+                && self.is_explained(1.0, scalar::sqrt(scalar::greater(0.0, um2)), left_um, 0.0);
             is_local.then_some((mask, left_um))
         })
     }

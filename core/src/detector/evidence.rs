@@ -93,7 +93,7 @@ impl Evidence {
 
     /// Residual up to which nothing is suspicious, µm: the floor of the noise or of the thresholds, whichever is greater.
     pub fn greater_floor_um(&self, thresholds: &Thresholds) -> f32 {
-        self.floor_um.max(thresholds.floor_um)
+        scalar::greater(thresholds.floor_um, self.floor_um)
     }
 
     /// [`Reason::NoRedundancy`] or [`Reason::BelowNoise`] if the reading says nothing about the model.

@@ -41,10 +41,10 @@ impl Growth {
     pub fn most_g_mm(&self, last_g_mm: &[Pair], deviation_g_mm: &[f32; MAX_PLANES]) -> [f32; MAX_PLANES] {
         let mut most_g_mm = self.bound_g_mm.unwrap_or([f32::MAX; MAX_PLANES]);
         for (most, (&last, &deviation)) in most_g_mm.iter_mut().zip(last_g_mm.iter().zip(deviation_g_mm)) {
-            // max takes the other one where the deviation is not a number.
-            let estimated = scalar::length(last) + (DOUBT * deviation).max(0.0);
+            // A deviation that is not a number counts as none.
+            let estimated = scalar::length(last) + scalar::greater(0.0, DOUBT * deviation);
             // An estimate may lie above its bound by rounding, or by the model's floor.
-            *most = estimated.min(most.max(scalar::length(last)));
+            *most = scalar::lesser(estimated, scalar::greater(*most, scalar::length(last)));
         }
         most_g_mm
     }

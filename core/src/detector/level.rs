@@ -1,5 +1,7 @@
 //! The usual residual: a mean over time.
 
+use crate::scalar;
+
 /// Part of the weight so far below which new values wait in a block: with f32, ten readings a second on a mean over ten
 /// days would each change nothing.
 const BLOCK: f32 = 1.0 / 128.0;
@@ -21,7 +23,7 @@ impl Level {
     /// Goes on with a mean that stood for `weight_s`; a mean that is not finite or negative is none.
     pub fn resume(mean: Option<f32>, weight_s: f32) -> Self {
         let mean = mean.filter(|mean| mean.is_finite() && *mean >= 0.0);
-        let weight_s = if weight_s.is_finite() { weight_s.max(0.0) } else { 0.0 };
+        let weight_s = if weight_s.is_finite() { scalar::greater(0.0, weight_s) } else { 0.0 };
         Self { mean, weight_s, ..Self::default() }
     }
 
@@ -41,7 +43,7 @@ impl Level {
             self.mean = Some(value);
             return;
         }
-        let dt_s = dt_s.min(LONGEST * length_s).max(SHORTEST_S);
+        let dt_s = scalar::greater(SHORTEST_S, scalar::lesser(dt_s, LONGEST * length_s));
         if self.weight_s == 0.0 {
             self.weight_s = dt_s;
         }
@@ -57,7 +59,8 @@ impl Level {
         if let Some(mean) = &mut self.mean
             && self.block_s > 0.0
         {
-            self.weight_s = (self.weight_s + self.block_s).min(length_s.max(self.block_s));
+            self.weight_s =
+                scalar::lesser(self.weight_s + self.block_s, scalar::greater(length_s, self.block_s));
             *mean += (self.block - *mean) * (self.block_s / self.weight_s);
         }
         (self.block, self.block_s) = (0.0, 0.0);

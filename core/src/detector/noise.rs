@@ -29,7 +29,7 @@ pub(super) fn noise_norm_um(square_um2: f32, largest_um2: f32) -> f32 {
 
 /// Zero for what is not a number: a deviation that is not known.
 pub(super) fn square(number: f32) -> f32 {
-    (number * number).max(0.0)
+    scalar::greater(0.0, number * number)
 }
 
 #[cfg(test)]

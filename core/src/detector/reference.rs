@@ -99,7 +99,7 @@ impl Reference {
         let mut speed = TrustedSpeed { visit: 1, ..TrustedSpeed::NONE };
         for (place, (anchor, &g_mm)) in speed.anchors.iter_mut().zip(trusted_g_mm).enumerate() {
             let last = scalar::length(g_mm);
-            let deviation = (most_g_mm.get(place).unwrap_or(&last) - last).max(0.0) / DOUBT;
+            let deviation = scalar::greater(0.0, most_g_mm.get(place).unwrap_or(&last) - last) / DOUBT;
             if !(last.is_finite() && square(deviation).is_finite()) {
                 return reference;
             }
@@ -119,7 +119,7 @@ impl Reference {
             self.moved_us = Some(time_us);
             return 0.0;
         };
-        let part = (seconds_since(moved_us, time_us) / thresholds.growth_s).min(1.0);
+        let part = scalar::lesser(1.0, seconds_since(moved_us, time_us) / thresholds.growth_s);
         if part < STEP {
             return 0.0;
         }
@@ -192,7 +192,8 @@ impl Reference {
             self.pulls.iter_mut().zip(&speed.anchors).zip(estimates)
         {
             let variance = square(deviation);
-            let allowed = ((thresholds.growth - 1.0) * scalar::length(anchor.g_mm)).max(observed.floor_g_mm);
+            let allowed =
+                scalar::greater(observed.floor_g_mm, (thresholds.growth - 1.0) * scalar::length(anchor.g_mm));
             let gain = if variance > 0.0 { square(allowed) / (square(allowed) + variance) } else { 1.0 };
             let [a, b] = anchor.g_mm;
             *pull = Pull { way_g_mm: [gain * (x - a), gain * (y - b)], gain, variance };
@@ -314,7 +315,7 @@ impl TrustedSpeed {
             let weight = own / (own + new);
             if averages && weight >= LEAST_WEIGHT { weight } else { 0.0 }
         };
-        let weight = part.max(share(self.variance, observed.averaged.variance));
+        let weight = scalar::greater(part, share(self.variance, observed.averaged.variance));
         self.variance = mean_variance(self.variance, weight, observed.averaged.variance);
         self.follow_vectors(&observed.averaged.reading, weight);
         let estimates = observed.unbalance_g_mm.iter().zip(&observed.deviation_g_mm);
@@ -352,7 +353,7 @@ impl Pull {
 impl Anchor {
     /// What an estimate of this deviation may differ from the anchor by noise.
     fn doubt_g_mm(&self, deviation_g_mm: f32, floor_g_mm: f32) -> f32 {
-        (DOUBT * scalar::sqrt(square(deviation_g_mm) + self.variance)).max(floor_g_mm)
+        scalar::greater(floor_g_mm, DOUBT * scalar::sqrt(square(deviation_g_mm) + self.variance))
     }
 }
 

@@ -20,6 +20,7 @@
 //! resolution hides the noise is taken for a stale one.
 
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
+use crate::scalar;
 
 /// Chance below which a run is none.
 const LEAST_CHANCE: f32 = 1e-6;
@@ -129,12 +130,12 @@ impl Run {
         if self.length == 0 {
             return first;
         }
-        let weight = prior.min(MOST_PRIOR);
+        let weight = scalar::lesser(prior, MOST_PRIOR);
         let Counts { comparisons, repeats } = self.after_repeat.and(self.length.saturating_sub(1));
         let next = (f32::from(repeats) + weight * first) / (f32::from(comparisons) + weight);
-        // Of no repeats this is zero or not a number, which max leaves out.
+        // Of no repeats the second is zero or not a number.
         let known = f32::from(self.after_repeat.repeats);
-        next.max(2.0 * known / (f32::from(self.after_repeat.comparisons) + known))
+        scalar::greater(next, 2.0 * known / (f32::from(self.after_repeat.comparisons) + known))
     }
 }
 

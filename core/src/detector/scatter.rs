@@ -22,6 +22,7 @@
 use super::average::is_same_speed;
 use crate::model::Noise;
 use crate::reading::{MAX_PROBES, ProbeVector, Reading};
+use crate::scalar;
 
 /// Weight of a reading in the mean square and in the mean vector.
 const WEIGHT: f32 = 1.0 / 16.0;
@@ -133,7 +134,7 @@ impl Scatter {
     /// The weight of the next reading in the mean vectors: alike at first, then exponential.
     fn weigh(&mut self, is_same_speed: bool) -> f32 {
         self.readings = if is_same_speed { self.readings.saturating_add(1) } else { 1 };
-        let weight = (1.0 / f32::from(self.readings)).max(WEIGHT);
+        let weight = scalar::greater(WEIGHT, 1.0 / f32::from(self.readings));
         self.variance = (1.0 - weight) * (1.0 - weight) * self.variance + weight * weight;
         weight
     }
@@ -161,15 +162,15 @@ impl ProbeScatter {
     }
 
     fn limit(&self) -> f32 {
-        LIMIT * self.level.max(1.0)
+        LIMIT * scalar::greater(1.0, self.level)
     }
 
     /// Takes a square relative to the model's noise.
     fn take(&mut self, square: f32, rate: f32) {
         let limit = self.limit();
-        self.square += WEIGHT * (square.min(MOST_SQUARE * limit) - self.square);
+        self.square += WEIGHT * (scalar::lesser(MOST_SQUARE * limit, square) - self.square);
         if self.square <= limit {
-            self.level += rate * (square.min(MOST_LEARNED * self.level) - self.level);
+            self.level += rate * (scalar::lesser(MOST_LEARNED * self.level, square) - self.level);
         }
     }
 

@@ -8,6 +8,7 @@
 //! A share p of suspicious time adds p − (1 − p)/4: the sums fill above p = 1/5, in whatever pattern suspicion comes and
 //! goes. Without a break they are the time and the number of suspicious readings.
 
+use crate::scalar;
 use crate::thresholds::Thresholds;
 
 /// A reading that is not suspicious takes away one of so many parts.
@@ -49,7 +50,7 @@ impl Suspicion {
             (self.run, self.run_s) = (0, 0.0);
             // After a restart a reading stands for one mean's time at least.
             let dt_s = dt_s.unwrap_or(thresholds.average_s);
-            self.sum_s = (self.sum_s - dt_s / f32::from(PARTS)).max(0.0);
+            self.sum_s = scalar::greater(0.0, self.sum_s - dt_s / f32::from(PARTS));
             self.quarters = self.quarters.saturating_sub(u16::from(counts));
             return;
         }
@@ -57,7 +58,7 @@ impl Suspicion {
         let dt_s = dt_s.unwrap_or(thresholds.persistence_s);
         // The first of all has no time behind it.
         if !self.is_empty() {
-            self.sum_s = (self.sum_s + dt_s).min(f32::from(FULL) * thresholds.persistence_s);
+            self.sum_s = scalar::lesser(f32::from(FULL) * thresholds.persistence_s, self.sum_s + dt_s);
         }
         if self.run > 0 {
             self.run_s += dt_s;

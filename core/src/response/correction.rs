@@ -44,7 +44,7 @@ pub(super) fn correct<const N: usize, const PROBES: usize, const PLANES: usize>(
     for (support, stiffness) in model.supports.iter().zip(&equations.supports) {
         answers.push(Answer::new(support, &forward_gains, &backward_gains)).ok()?;
         let answer = answers.last()?;
-        let largest = stiffness.as_flattened().iter().fold(0.0_f32, |size, &z| size.max(scalar::size(z)));
+        let largest = scalar::largest_size(stiffness.as_flattened());
         let growth = largest * answer.largest_flexibility(support);
         if growth.is_nan() || growth > LARGEST_GROWTH {
             return None;

@@ -1,6 +1,7 @@
 //! Amplitudes at hardening supports, brought to rest.
 
 use crate::response::SupportAmplitudes;
+use crate::scalar;
 
 /// The way of the first step, and limits of what the steps before let expect: a smaller one creeps, a larger one overshoots.
 const FIRST: f32 = 1.0;
@@ -29,8 +30,8 @@ impl Rounds {
         let present = self.amplitudes.0.as_flattened().iter().zip(aim.0.as_flattened());
         for (residual, (present, aim)) in residual.0.as_flattened_mut().iter_mut().zip(present) {
             *residual = aim - present;
-            farthest = farthest.max(residual.abs());
-            largest = largest.max(aim.abs());
+            farthest = scalar::greater(farthest, residual.abs());
+            largest = scalar::greater(largest, aim.abs());
         }
         if farthest <= tolerance * largest {
             return false;
@@ -48,7 +49,7 @@ impl Rounds {
         for (amplitude, residual) in
             self.amplitudes.0.as_flattened_mut().iter_mut().zip(residual.0.as_flattened())
         {
-            *amplitude = (*amplitude + self.relaxation * residual).max(0.0);
+            *amplitude = scalar::greater(0.0, *amplitude + self.relaxation * residual);
         }
         self.before = Some(residual);
         self.count += 1;
