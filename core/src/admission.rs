@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use crate::model::{Knot, MAX_BEARINGS, MAX_PLANES, Model, ModelError, Pedestal, Probe, Shape, Support};
 use crate::numerics::{InPlace, Numerics};
+use crate::packed::Packed;
 use crate::reading::{MAX_PROBES, rad_s};
 use crate::response::{Response, SupportAmplitudes};
 use crate::scalar;

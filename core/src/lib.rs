@@ -40,19 +40,19 @@
 //! | `command` | yes | the module `command`; with `can`, deployments to a node |
 //! | `large-models` | yes | room for more supports, knots and forcings: [`model::MAX_SUPPORTS`] and its neighbours |
 //! | `mac` | no | readings and results with a message authentication code; needs the first two |
+//! | `serde` | no | [`thresholds::Thresholds`] by the names of their fields, for programs on a desk |
 //! | `defmt` | no | `defmt::Format` for states, readings and errors |
 //!
 //! Features only add. Without any of them everything else is there, for firmware with another bus or none.
 //!
 //! # Dependencies, and where each earns its place
-//! - [`nalgebra`]: fixed-size matrices and vectors of a model, with their serde ([`model`], [`response`]); products and
-//!   storage only, its decompositions keep panics. A model is made of these types: take them from here, and the versions
+//! - [`nalgebra`]: fixed-size matrices and vectors of a model ([`model`], [`response`]); products and storage only, its
+//!   decompositions keep panics. A model is made of these types: take them from here, and the versions
 //!   agree. The same for [`heapless`].
 //! - `libm`: exact square root and arctangent on every target; `micromath`: sine, cosine and root of the swarm's random
 //!   starts, nothing else (both in one private file).
 //! - [`heapless`]: lists of terms and the queue of frames, bounded at compile time.
-//! - `serde`, `postcard`, `crc`: the bytes of model, thresholds and memory with their checksums; those of readings and
-//!   results.
+//! - `crc`: the checksums of models, memories, readings and results.
 //! - `hmac`, `sha2` (feature `command`): the authentication code of commands.
 //! - `embedded-can` (feature `can`): the frame trait that drivers speak.
 //! - `rand_xoshiro`, `rand_core`: the swarm's random numbers, the same bits everywhere; times of sending in a conflict.

@@ -1,11 +1,10 @@
-//! What must survive a loss of power, as bytes: a version, a small record in postcard, its CRC-32.
+//! What must survive a loss of power, as bytes: a version, a small record as postcard 1 encodes it, its CRC-32.
 
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 use crate::detector::{Baseline, Detector, LatchedFlag, Level, Reference, Suspicion};
 use crate::model::{MAX_PLANES, Pair};
-use crate::packed::{pack_checked, unpack_checked};
+use crate::packed::{pack_checked, packed, unpack_checked};
 use crate::scalar;
 use crate::state::Reason;
 
@@ -18,7 +17,7 @@ const VERSION: u8 = 2;
 const VERSION_OF_RUNS: u8 = 1;
 
 /// What a monitor has learned of its machine and must not forget.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Memory {
     version: u8,
     /// Which model it belongs to.
@@ -40,6 +39,22 @@ pub struct Memory {
     /// Upper limit of the unbalance, [`Estimator::most_g_mm`](crate::stages::Estimator::most_g_mm).
     pub most_g_mm: Vec<f32, MAX_PLANES>,
 }
+
+packed!(Memory {
+    version,
+    model_checksum,
+    level_um,
+    level_weight_s,
+    reference_um,
+    learned_s,
+    learned_readings,
+    suspicious_quarters,
+    suspicious_s,
+    cause,
+    suspect,
+    unbalance_g_mm,
+    most_g_mm,
+});
 
 impl Memory {
     /// What is to be remembered now; the bounds of planes that are not there are left out.

@@ -15,7 +15,6 @@ pub(crate) mod tests;
 
 use heapless::Vec;
 use nalgebra::SVector;
-use serde::{Deserialize, Serialize};
 
 use crate::reading::ProbeVector;
 pub use description::Description;
@@ -43,7 +42,7 @@ pub const MAX_BEARINGS: u8 = 7;
 
 /// A shaft plus three kinds of term, checked: made from a [`Description`] by [`Model::new`] or from its bytes by
 /// [`Model::decode`]. The bytes are the only serialised form that is read, so that no model escapes the check.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
     pub(crate) machine: [u8; 4],
     pub(crate) shaft: Shaft<N>,
@@ -68,7 +67,7 @@ pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
 /// let deviation_um = noise.deviation_um(ProbeVector { cos_um: 3.0, sin_um: -4.0 });
 /// assert!((deviation_um - 0.13).abs() < 1e-6);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Noise {
     /// Part that is proportional to the amplitude.
     pub relative: f32,
@@ -92,7 +91,7 @@ impl Noise {
 /// `F = Z u` with the 2×2 dynamic stiffness (rows and columns x, y)
 /// `k + iW c − W² mass`, `k = stiffness·(1 + slope·(W/W_ref − 1)) + k_table(W)`, `c = damping + c_table(W)`; the two
 /// diagonal stiffnesses further times `1 + ¾·hardening·a²`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Support<const N: usize> {
     pub shape: Shape<N>,
     /// `[[kxx, kxy], [kyx, kyy]]`, N/m.
@@ -114,7 +113,7 @@ pub struct Support<const N: usize> {
 }
 
 /// Which of the model's knots make a support's speed table: at least two, in ascending order of speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KnotRange {
     /// Place of the first in [`Description::knots`].
     pub first: u8,
@@ -122,7 +121,7 @@ pub struct KnotRange {
 }
 
 /// Coefficients at one speed; in between they are interpolated on a straight line, outside they stay.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knot {
     pub speed_rad_s: f32,
     /// `[[kxx, kxy], [kyx, kyy]]`, N/m.
@@ -132,7 +131,7 @@ pub struct Knot {
 }
 
 /// A mass on springs and dampers between bearing and ground, along x and along y: `kp + iW cp − W² mp`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pedestal {
     /// Stiffness along x and y, N/m.
     pub stiffness_n_m: Pair,
@@ -143,7 +142,7 @@ pub struct Pedestal {
 }
 
 /// A known excitation that turns with the shaft: phasors `Fx = F`, `Fy = −iF`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Forcing<const N: usize> {
     /// Forward shape where it acts (slopes, for a moment).
     pub shape: SVector<f32, N>,
@@ -154,7 +153,7 @@ pub struct Forcing<const N: usize> {
 }
 
 /// How a forcing changes with speed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ForcingLaw {
     /// The same at every speed: shaft bow, coupling force.
@@ -167,7 +166,7 @@ pub enum ForcingLaw {
 ///
 /// A probe on a support's housing shows the shaft less the housing, whose motion follows from that of the shaft at the
 /// support: `(Zb + Zp)⁻¹ Zb`, bearing over bearing and pedestal.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Probe<const N: usize> {
     pub shape: Shape<N>,
     /// Cosine and sine of the probe's angle from +x, in the direction of rotation.

@@ -56,6 +56,7 @@ use crate::detector::{Detector, Evidence, LatchedFlag, ResidualVerdict};
 use crate::memory::Memory;
 use crate::model::{MAX_PLANES, Model, ModelError};
 use crate::numerics::{InPlace, Numerics};
+use crate::packed::Packed;
 use crate::reading::{Keyphasor, Reading};
 use crate::stages::{Estimator, RawHistory, Unusable, screen};
 use crate::state::{NodeState, Reason, Status};

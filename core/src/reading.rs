@@ -3,7 +3,6 @@
 use core::array;
 
 use nalgebra::Complex;
-use serde::{Deserialize, Serialize};
 
 use crate::scalar;
 
@@ -19,7 +18,7 @@ pub const MAX_PROBES: usize = 8;
 /// assert_eq!(vector.peak_to_peak_um(), 25.0);
 /// assert!((vector.lag_deg() - 90.0).abs() < 1e-4);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ProbeVector {
     /// Part in phase with the keyphasor mark, µm zero-to-peak.

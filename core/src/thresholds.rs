@@ -5,9 +5,7 @@
 use core::error::Error;
 use core::fmt;
 
-use serde::{Deserialize, Serialize};
-
-use crate::packed::unpack;
+use crate::packed::{Packed, Reader, pack, packed};
 
 const VERSION: u8 = 1;
 pub const THRESHOLDS_BYTES: usize = 1 + 13 * 4 + 2;
@@ -19,7 +17,8 @@ const YEAR_S: f32 = 365.25 * DAY_S;
 const SHORTEST_S: f32 = 1e-6;
 
 /// What a monitor judges by. The defaults treat a record of one reading a day as Bera et al. (2023) do.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Thresholds {
     /// Rise of the residual above its level that is suspicious, relative: 0.5 means half as much again. 0 to 100.
@@ -121,6 +120,23 @@ impl ThresholdError {
     }
 }
 
+packed!(Thresholds {
+    rise,
+    ratio_limit,
+    ratio_floor,
+    floor_um,
+    average_s,
+    persistence_s,
+    level_s,
+    learning_s,
+    growth,
+    growth_s,
+    age_limit_s,
+    gap_range_v,
+    persistence_readings,
+    learning_readings,
+});
+
 impl Thresholds {
     pub const DEFAULT: Self = Self {
         rise: 0.5,
@@ -170,7 +186,7 @@ impl Thresholds {
         let [version, body @ ..] = &mut bytes;
         *version = VERSION;
         // Cannot fail: the buffer has the size.
-        let _ = postcard::to_slice(self, body);
+        let _ = pack(self, body);
         bytes
     }
 
@@ -191,7 +207,9 @@ impl Thresholds {
         let [VERSION, body @ ..] = bytes else {
             return Err(ThresholdError::Encoding);
         };
-        let (thresholds, _): (Self, _) = unpack(body).ok_or(ThresholdError::Encoding)?;
+        let mut thresholds = Self::EMPTY;
+        // The length is right, and every byte is a part of a number.
+        thresholds.read(&mut Reader::new(body));
         thresholds.check()?;
         Ok(thresholds)
     }

@@ -6,22 +6,18 @@
 //! | 4 | 1 | modes N |
 //! | 5 | 1 | probes |
 //! | 6 | 1 | planes |
-//! | 7 | | the fields of [`Model`] in their order, in postcard |
+//! | 7 | | the fields of [`Model`] in their order, as postcard 1 encodes them |
 //! | end | 4 | CRC-32 of the fields, little endian |
 //!
-//! Postcard writes an f32 as four bytes (little endian), a list as its length in one byte (there is none of 128 entries or
-//! more) before the entries, an option as 0 or 1 before what it holds, a variant as its number in one byte, a u8 as it is;
-//! arrays and matrices (by columns) as their entries alone.
+//! That is an f32 as four bytes (little endian), a list as its length in one byte (there is none of 128 entries or more)
+//! before the entries, an option as 0 or 1 before what it holds, a variant as its number in one byte, a u8 as it is; arrays
+//! and matrices (by columns) as their entries alone.
 
-use heapless::Vec;
-use nalgebra::{ArrayStorage, SVector};
-use postcard::ser_flavors::Flavor;
-use serde::Deserialize;
-
-use crate::checksum::{self, Digest};
-use crate::packed::{pack_checked, unpack};
-
-use super::{Counts, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model, ModelError, Noise, Shaft};
+use super::{
+    Counts, Forcing, ForcingLaw, Knot, KnotRange, MAX_FORCINGS, MAX_KNOTS, MAX_SUPPORTS, MODEL_SCHEMA, Model,
+    ModelError, Noise, Pedestal, Probe, Shaft, Shape, Support,
+};
+use crate::packed::{Packed, Reader, Sink, checksum_of, confirmed, pack_checked, packed};
 
 const SCHEMA_BYTES: usize = 4;
 /// Schema and the three counts.
@@ -30,19 +26,50 @@ const F32: usize = 4;
 /// Length of a list with fewer than 128 entries; also the mark of an option or a variant.
 const MARK: usize = 1;
 
-/// Where postcard writes when only the checksum is wanted.
-struct Checksum(Digest);
+packed!(Model<N, PROBES, PLANES> where [const N: usize, const PROBES: usize, const PLANES: usize] {
+    machine,
+    shaft,
+    internal_damping_s,
+    planes,
+    supports,
+    knots,
+    forcings,
+    probes,
+    masked,
+    initial_unbalance_g_mm,
+    unbalance_floor_g_mm,
+    noise,
+    speed_range_rpm,
+});
+packed!(Shaft<N> where [const N: usize] { forward_s2, backward_s2, springs_n_m });
+packed!(Shape<N> where [const N: usize] { forward, backward });
+packed!(Support<N> where [const N: usize] {
+    shape,
+    stiffness_n_m,
+    damping_n_s_m,
+    mass_kg,
+    stiffness_slope,
+    reference_speed_rad_s,
+    table,
+    hardening_per_um2,
+    pedestal,
+}, too many: ModelError::Supports);
+packed!(KnotRange { first, count });
+packed!(Knot { speed_rad_s, stiffness_n_m, damping_n_s_m }, too many: ModelError::Knots);
+packed!(Pedestal { stiffness_n_m, damping_n_s_m, mass_kg });
+packed!(Forcing<N> where [const N: usize] { shape, amplitude, law }, too many: ModelError::Forcings);
+packed!(Probe<N> where [const N: usize] { shape, direction, gain, runout_um, bearing, mount });
+packed!(Noise { relative, floor_um });
 
-impl Flavor for Checksum {
-    type Output = u32;
+impl Packed for ForcingLaw {
+    const EMPTY: Self = Self::Constant;
 
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.0.update(&[byte]);
-        Ok(())
+    fn write(&self, to: &mut impl Sink) {
+        to.put(u8::from(*self == Self::SpeedSquared));
     }
 
-    fn finalize(self) -> postcard::Result<u32> {
-        Ok(self.0.finalize())
+    fn read(&mut self, from: &mut Reader) {
+        *self = if from.is_second() { Self::SpeedSquared } else { Self::Constant };
     }
 }
 
@@ -97,29 +124,8 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
 
     /// The CRC-32 that [`Model::encode`] appends: which model this is.
     pub fn checksum(&self) -> u32 {
-        postcard::serialize_with_flavor(self, Checksum(checksum::begin())).unwrap_or_default()
+        checksum_of(self)
     }
-
-    /// No terms, and nothing that could be checked.
-    pub(crate) const EMPTY: Self = Self {
-        machine: [0; 4],
-        shaft: Shaft {
-            forward_s2: SVector::from_array_storage(ArrayStorage([[0.0; N]])),
-            backward_s2: SVector::from_array_storage(ArrayStorage([[0.0; N]])),
-            springs_n_m: Vec::new(),
-        },
-        internal_damping_s: 0.0,
-        planes: Vec::new(),
-        supports: Vec::new(),
-        knots: Vec::new(),
-        forcings: Vec::new(),
-        probes: Vec::new(),
-        masked: 0,
-        initial_unbalance_g_mm: Vec::new(),
-        unbalance_floor_g_mm: 0.0,
-        noise: Noise { relative: 0.0, floor_um: 0.0 },
-        speed_range_rpm: [0.0; 2],
-    };
 
     /// Field by field into its place: as one value a model would be on the stack three times over. What was read is not
     /// checked, and after an error it is of no use. Returns the checksum.
@@ -140,62 +146,11 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             return Err(ModelError::Planes);
         }
         let body = bytes.get(HEAD_BYTES..).unwrap_or_default();
-        let Self {
-            machine,
-            shaft,
-            internal_damping_s,
-            planes,
-            supports,
-            knots,
-            forcings,
-            probes,
-            masked,
-            initial_unbalance_g_mm,
-            unbalance_floor_g_mm,
-            noise,
-            speed_range_rpm,
-        } = self;
-        let mut rest;
-        (*machine, rest) =
-            body.split_first_chunk().map(|(first, rest)| (*first, rest)).ok_or(ModelError::Encoding)?;
-        take(&mut rest, shaft)?;
-        take(&mut rest, internal_damping_s)?;
-        take(&mut rest, planes)?;
-        take_list(&mut rest, supports, ModelError::Supports)?;
-        take_list(&mut rest, knots, ModelError::Knots)?;
-        take_list(&mut rest, forcings, ModelError::Forcings)?;
-        take(&mut rest, probes)?;
-        take(&mut rest, masked)?;
-        take(&mut rest, initial_unbalance_g_mm)?;
-        take(&mut rest, unbalance_floor_g_mm)?;
-        take(&mut rest, noise)?;
-        take(&mut rest, speed_range_rpm)?;
-        let fields = body.get(..body.len().saturating_sub(rest.len())).unwrap_or_default();
-        let stated = rest.first_chunk().map(|checksum| u32::from_le_bytes(*checksum));
+        let mut reader = Reader::new(body);
+        Packed::read(self, &mut reader);
+        let rest = reader.rest()?;
         // The counts lie outside of the checksum: what it covers decides.
-        stated
-            .filter(|stated| *stated == checksum::of(fields) && self.own_counts() == counts)
-            .ok_or(ModelError::Encoding)
+        let checksum = confirmed(body, rest).filter(|_| self.own_counts() == counts);
+        checksum.ok_or(ModelError::Encoding)
     }
-}
-
-/// Reads a list in postcard. A list that is longer than its capacity is refused by its own name.
-fn take_list<'a, T: Deserialize<'a>, const MOST: usize>(
-    rest: &mut &'a [u8],
-    field: &mut Vec<T, MOST>,
-    too_many: ModelError,
-) -> Result<(), ModelError> {
-    // The length is one byte: there is no list of 128 entries or more.
-    if rest.first().is_some_and(|&length| usize::from(length) > MOST && length < 128) {
-        return Err(too_many);
-    }
-    take(rest, field)
-}
-
-/// Reads a field in postcard and leaves what follows it.
-#[inline(never)]
-fn take<'a, T: Deserialize<'a>>(rest: &mut &'a [u8], field: &mut T) -> Result<(), ModelError> {
-    let (read, left) = unpack(rest).ok_or(ModelError::Encoding)?;
-    (*field, *rest) = (read, left);
-    Ok(())
 }

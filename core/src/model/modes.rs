@@ -18,7 +18,6 @@ use core::fmt;
 
 use heapless::Vec;
 use nalgebra::{SMatrix, SVector};
-use serde::{Deserialize, Serialize};
 
 use super::MAX_SUPPORTS;
 use crate::scalar;
@@ -33,7 +32,7 @@ const SYMMETRY: f64 = 1e-4;
 type Square<const N: usize> = [[f64; N]; N];
 
 /// The shaft on its nominal springs, in its modes: made by [`Modes`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Shaft<const N: usize> {
     /// `1/W_j²` of each mode of forward whirl, s²; may be negative.
     pub forward_s2: SVector<f32, N>,
@@ -44,7 +43,7 @@ pub struct Shaft<const N: usize> {
 }
 
 /// Values of the modes at one place of the shaft, √(m/N): made by [`Modes::shape`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape<const N: usize> {
     /// Of the modes of forward whirl.
     pub forward: SVector<f32, N>,
