@@ -1,12 +1,10 @@
 //! A model is checked before it is taken: from its bytes, or as it is.
 
-use nalgebra::Complex;
-
-use crate::model::{Knot, MAX_BEARINGS, MAX_PLANES, Model, ModelError, Pedestal, Probe, Shape, Support};
+use crate::model::{MAX_BEARINGS, MAX_PLANES, Model, ModelError, Pedestal};
 use crate::numerics::{InPlace, Numerics};
-use crate::packed::Packed;
+use crate::packed::{self, Packed};
 use crate::reading::{MAX_PROBES, rad_s};
-use crate::response::{Response, SupportAmplitudes};
+use crate::response::SupportAmplitudes;
 use crate::scalar;
 
 /// Relative step in speed that tries a model's conditioning, and the largest relative change of the response it may
@@ -72,7 +70,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         if self.supports.len() < 2 || self.shaft.springs_n_m.len() > self.supports.len() {
             return Err(ModelError::Supports);
         }
-        if !self.is_finite() {
+        if !packed::is_finite(self) {
             return Err(ModelError::NotFinite);
         }
         if self.has_bad_mass() {
@@ -162,32 +160,19 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         let at =
             |speed| C::response(self, speed, &SupportAmplitudes::default()).map_err(|_| ModelError::Response);
         let (here, beside) = (at(speed_rad_s)?, at(speed_rad_s * (1.0 + SPEED_STEP))?);
-        // what is finite for a gram millimetre may not be for the unbalance that is there
-        let mut shown = here.vectors(&self.initial_unbalance_g_mm);
-        if !shown.all(|vector| vector.cos_um.is_finite() && vector.sin_um.is_finite()) {
-            return Err(ModelError::Response);
+        let (mut largest, mut change) = (0.0, 0.0);
+        for (here, beside) in here.probes().iter().zip(beside.probes()) {
+            // what is finite for a gram millimetre may not be for the unbalance that is there
+            let shown = here.phasor(&self.initial_unbalance_g_mm);
+            if !(shown.re.is_finite() && shown.im.is_finite()) {
+                return Err(ModelError::Response);
+            }
+            for (here, beside) in here.per_unbalance.iter().zip(&beside.per_unbalance) {
+                largest = scalar::greater(largest, scalar::size(*here));
+                change = scalar::greater(change, scalar::size(here - beside));
+            }
         }
-        let response = largest(influences(&here));
-        let change = largest(influences(&here).zip(influences(&beside)).map(|(here, beside)| here - beside));
-        if change <= LARGEST_CHANGE * response { Ok(()) } else { Err(ModelError::IllConditioned) }
-    }
-
-    fn is_finite(&self) -> bool {
-        all(self.shaft.forward_s2.data.0.as_flattened())
-            && all(self.shaft.backward_s2.data.0.as_flattened())
-            && all(&self.shaft.springs_n_m)
-            && all(&[self.internal_damping_s, self.unbalance_floor_g_mm])
-            && all(&[self.noise.relative, self.noise.floor_um])
-            && all(&self.speed_range_rpm)
-            && all(self.initial_unbalance_g_mm.as_flattened())
-            && self.planes.iter().all(|shape| all(shape.data.0.as_flattened()))
-            && self.supports.iter().all(is_finite_support)
-            && self.knots.iter().all(is_finite_knot)
-            && self
-                .forcings
-                .iter()
-                .all(|forcing| all(forcing.shape.data.0.as_flattened()) && all(&forcing.amplitude))
-            && self.probes.iter().all(is_finite_probe)
+        if change <= LARGEST_CHANGE * largest { Ok(()) } else { Err(ModelError::IllConditioned) }
     }
 }
 
@@ -208,42 +193,4 @@ fn is_positive_definite<const N: usize>(matrix: &mut [[f32; N]; N]) -> bool {
         }
     }
     true
-}
-
-fn is_finite_support<const N: usize>(support: &Support<N>) -> bool {
-    let pedestal = support.pedestal.as_ref();
-    is_finite_shape(&support.shape)
-        && all(support.stiffness_n_m.as_flattened())
-        && all(support.damping_n_s_m.as_flattened())
-        && all(&[support.mass_kg, support.stiffness_slope])
-        && all(&[support.reference_speed_rad_s, support.hardening_per_um2])
-        && pedestal.is_none_or(|p| all([p.stiffness_n_m, p.damping_n_s_m, p.mass_kg].as_flattened()))
-}
-
-fn is_finite_shape<const N: usize>(shape: &Shape<N>) -> bool {
-    all(shape.forward.data.0.as_flattened()) && all(shape.backward.data.0.as_flattened())
-}
-
-fn is_finite_knot(knot: &Knot) -> bool {
-    knot.speed_rad_s.is_finite()
-        && all(knot.stiffness_n_m.as_flattened())
-        && all(knot.damping_n_s_m.as_flattened())
-}
-
-fn is_finite_probe<const N: usize>(probe: &Probe<N>) -> bool {
-    is_finite_shape(&probe.shape) && all(&probe.direction) && all(&probe.gain) && all(&probe.runout_um)
-}
-
-fn influences<const PROBES: usize, const PLANES: usize>(
-    response: &Response<PROBES, PLANES>,
-) -> impl Iterator<Item = Complex<f32>> {
-    response.probes().iter().flat_map(|probe| probe.per_unbalance)
-}
-
-fn largest(cells: impl Iterator<Item = Complex<f32>>) -> f32 {
-    cells.map(|cell| cell.l1_norm()).fold(0.0, scalar::greater)
-}
-
-fn all(numbers: &[f32]) -> bool {
-    numbers.iter().all(|number| number.is_finite())
 }

@@ -46,6 +46,14 @@ pub(crate) use packed;
 /// Where bytes go.
 pub(crate) trait Sink {
     fn put(&mut self, byte: u8);
+
+    fn put_numbers(&mut self, numbers: &[f32]) {
+        for number in numbers {
+            for byte in number.to_le_bytes() {
+                self.put(byte);
+            }
+        }
+    }
 }
 
 /// Writes to a buffer; `None` once it was too small.
@@ -69,6 +77,18 @@ impl Sink for Digest {
     }
 }
 
+/// Writes nothing, and sees whether every f32 is finite.
+struct IsFinite(bool);
+
+impl Sink for IsFinite {
+    fn put(&mut self, _: u8) {}
+
+    #[inline(never)] // once in flash
+    fn put_numbers(&mut self, numbers: &[f32]) {
+        self.0 &= numbers.iter().all(|number| number.is_finite());
+    }
+}
+
 /// Takes values off bytes. After a fault nothing more is read.
 pub(crate) struct Reader<'a> {
     rest: Result<&'a [u8], ModelError>,
@@ -86,6 +106,7 @@ impl<'a> Reader<'a> {
         self.rest
     }
 
+    #[inline(never)] // once in flash
     fn refuse(&mut self, fault: ModelError) {
         self.rest = self.rest.and(Err(fault));
     }
@@ -181,12 +202,11 @@ pub(crate) fn checksum_of(value: &impl Packed) -> u32 {
     digest.finalize()
 }
 
-fn write_numbers(numbers: &[f32], to: &mut impl Sink) {
-    for number in numbers {
-        for byte in number.to_le_bytes() {
-            to.put(byte);
-        }
-    }
+/// Every f32 of a value is finite.
+pub(crate) fn is_finite(value: &impl Packed) -> bool {
+    let mut sink = IsFinite(true);
+    value.write(&mut sink);
+    sink.0
 }
 
 fn write_whole(mut number: u32, to: &mut impl Sink) {
@@ -237,7 +257,7 @@ impl Packed for f32 {
     const EMPTY: Self = 0.0;
 
     fn write(&self, to: &mut impl Sink) {
-        write_numbers(slice::from_ref(self), to);
+        to.put_numbers(slice::from_ref(self));
     }
 
     fn read(&mut self, from: &mut Reader) {
@@ -261,7 +281,7 @@ impl<const LENGTH: usize> Packed for [f32; LENGTH] {
     const EMPTY: Self = [0.0; LENGTH];
 
     fn write(&self, to: &mut impl Sink) {
-        write_numbers(self, to);
+        to.put_numbers(self);
     }
 
     fn read(&mut self, from: &mut Reader) {
@@ -273,7 +293,7 @@ impl<const ROWS: usize, const COLUMNS: usize> Packed for [[f32; COLUMNS]; ROWS] 
     const EMPTY: Self = [[0.0; COLUMNS]; ROWS];
 
     fn write(&self, to: &mut impl Sink) {
-        write_numbers(self.as_flattened(), to);
+        to.put_numbers(self.as_flattened());
     }
 
     fn read(&mut self, from: &mut Reader) {
