@@ -159,6 +159,7 @@ impl<const PROBES: usize> Extractor<PROBES> {
     /// let config = ExtractionConfig::<8> { revolutions: 0, ..ExtractionConfig::new() };
     /// assert_eq!(Extractor::new(config).err(), Some(ExtractionError::Revolutions));
     /// ```
+    #[inline(never)]
     pub fn new(config: ExtractionConfig<PROBES>) -> Result<Self, ExtractionError> {
         const { assert!(1 <= PROBES && PROBES <= MAX_PROBES, "an extractor has 1 to 8 probes") };
         config.check()?;

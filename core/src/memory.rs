@@ -92,6 +92,7 @@ impl Memory {
         self
     }
 
+    #[inline(never)]
     pub fn encode(&self) -> MemoryBytes {
         let mut buffer = [0; MEMORY_BYTES];
         // The buffer has room for the largest; a memory that was not written is refused when it is read.

@@ -124,6 +124,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// A monitor without a model.
     ///
     /// Errors: [`ThresholdError`].
+    #[inline(never)]
     pub fn new(track: TrackConfig, thresholds: Thresholds) -> Result<Self, ThresholdError> {
         thresholds.check()?;
         Ok(Self::with_checked(track, thresholds))
@@ -276,6 +277,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// Goes on from a memory, after [`Monitor::load`]; `false` for one of another model.
+    #[inline(never)]
     pub fn restore(&mut self, memory: &Memory) -> bool {
         let Ok(model) = &self.model else {
             return false;
@@ -291,6 +293,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// What must survive a loss of power.
+    #[inline(never)]
     pub fn memory(&self) -> Memory {
         let most_g_mm = self.estimator.as_ref().map_or([f32::MAX; MAX_PLANES], Estimator::most_g_mm);
         let trusted_g_mm = self.estimator.as_ref().map_or(&[][..], Estimator::trusted_g_mm);
@@ -367,6 +370,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// The reading becomes an estimate and, if it is entitled to one, a verdict.
+    #[inline(never)] // a frame of its own: in that of a caller who holds the monitor, every access takes longer code
     pub fn take(&mut self, time_us: u64, reading: &Reading, keyphasor: Keyphasor) -> Taken {
         let (track, thresholds) = (&self.track, &self.thresholds);
         let (Ok(model), Some(estimator)) = (&self.model, &mut self.estimator) else {

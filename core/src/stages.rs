@@ -47,6 +47,7 @@ pub enum Unusable {
 /// The usable part of a reading.
 ///
 /// Errors: the first fault in the order number of probes, keyphasor, speed, features, lost probes.
+#[inline(never)]
 pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
     model: &Model<N, PROBES, PLANES>,
     thresholds: &Thresholds,

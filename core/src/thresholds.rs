@@ -158,6 +158,7 @@ impl Thresholds {
     /// Every threshold within its bounds.
     ///
     /// Errors: the first [`ThresholdError`].
+    #[inline(never)]
     pub fn check(&self) -> Result<(), ThresholdError> {
         let [lowest_v, highest_v] = self.gap_range_v;
         let fields = [

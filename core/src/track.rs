@@ -206,6 +206,7 @@ impl<const PLANES: usize> Tracker<PLANES> {
         self.solve(config, model, reading, bound_g_mm, redundancy)
     }
 
+    #[inline(never)]
     fn solve<const N: usize, const PROBES: usize>(
         &mut self,
         config: &TrackConfig,

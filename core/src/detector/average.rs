@@ -30,6 +30,7 @@ impl Average {
     ///
     /// The weight of a reading is `dt/(dt + τ)` (backward Euler), one from `dt = 10 τ` on and for the first of a speed or
     /// of a set of probes.
+    #[inline(never)]
     pub fn update(&mut self, time_constant_s: f32, time_us: u64, reading: &Reading) -> AveragedReading {
         let joined = self.last.and_then(|last| last.joined(time_constant_s, time_us, reading));
         let averaged = joined.unwrap_or(AveragedReading { reading: *reading, variance: 1.0, at_us: time_us });

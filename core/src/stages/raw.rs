@@ -34,6 +34,7 @@ impl RawHistory {
     /// Without a stated noise, nothing and repeats prove nothing.
     ///
     /// Errors: [`Unusable::Skipped`] if no probe is left, or none has a direction.
+    #[inline(never)]
     pub fn judge(
         &mut self,
         noise: Noise,
