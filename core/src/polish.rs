@@ -92,11 +92,8 @@ pub fn polish<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
 ) -> PolishResult<PLANES> {
-    let start = fit.confine(start);
     let mut tableau = Tableau::empty();
-    tableau.fill(fit, start);
-    tableau.descend();
-    let vertex = tableau.unbalance_g_mm(fit);
+    let vertex = descend(fit, &mut tableau, fit.confine(start), false);
     within_bounds(fit, &mut tableau, vertex, (fit.residual_um(&vertex), vertex))
 }
 
@@ -106,12 +103,8 @@ pub(crate) fn polish_warm<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
 ) -> PolishResult<PLANES> {
-    let start = fit.confine(start);
     let mut tableau = Tableau::empty();
-    tableau.fill(fit, start);
-    tableau.cut(-AT_BOUND);
-    tableau.descend();
-    let vertex = tableau.unbalance_g_mm(fit);
+    let vertex = descend(fit, &mut tableau, fit.confine(start), true);
     within_bounds(fit, &mut tableau, vertex, (f32::NAN, [[f32::NAN; 2]; PLANES]))
 }
 
@@ -120,11 +113,24 @@ pub(crate) fn polish_free<const PROBES: usize, const PLANES: usize>(
     fit: &BoundedFit<PROBES, PLANES>,
     start: [Pair; PLANES],
 ) -> (f32, [Pair; PLANES]) {
-    let mut tableau = Tableau::empty();
+    let vertex = descend(fit, &mut Tableau::empty(), start, false);
+    (fit.residual_um(&vertex), vertex)
+}
+
+/// Fills a tableau and descends in it to a vertex, g·mm; with tangents where the start lies on a bound, if it is warm.
+#[inline(never)]
+fn descend<const PROBES: usize, const PLANES: usize>(
+    fit: &BoundedFit<PROBES, PLANES>,
+    tableau: &mut Tableau<PLANES>,
+    start: [Pair; PLANES],
+    is_warm: bool,
+) -> [Pair; PLANES] {
     tableau.fill(fit, start);
+    if is_warm {
+        tableau.cut(-AT_BOUND);
+    }
     tableau.descend();
-    let unbalance_g_mm = tableau.unbalance_g_mm(fit);
-    (fit.residual_um(&unbalance_g_mm), unbalance_g_mm)
+    tableau.unbalance_g_mm(fit)
 }
 
 #[inline(never)]

@@ -19,10 +19,13 @@ impl<const N: usize> Support<N> {
     #[inline]
     pub(crate) fn dynamic_stiffness(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
         let bearing = self.bearing(knots, speed_rad_s, amplitude_um);
-        match &self.pedestal {
-            None => bearing,
-            Some(pedestal) => in_series(bearing, pedestal.dynamic_stiffness(speed_rad_s)),
-        }
+        let Some(pedestal) = &self.pedestal else {
+            return bearing;
+        };
+        let pedestal = pedestal.dynamic_stiffness(speed_rad_s);
+        let [[xx, xy], [yx, yy]] = housing(bearing, pedestal);
+        let [x, y] = pedestal;
+        [[x * xx, x * xy], [y * yx, y * yy]]
     }
 
     /// `[[kxx, kxy], [kyx, kyy]]` at rest, without the pedestal, with the coefficients of this speed, N/m.
@@ -31,7 +34,7 @@ impl<const N: usize> Support<N> {
         stiffness
     }
 
-    #[inline]
+    #[inline(never)] // once in flash
     fn coefficients(&self, knots: &[Knot], speed_rad_s: f32) -> Coefficients {
         let slope = if self.reference_speed_rad_s == 0.0 {
             1.0
@@ -67,14 +70,7 @@ impl<const N: usize> Support<N> {
         let Some(pedestal) = &self.pedestal else {
             return Block::default();
         };
-        let bearing = self.bearing(knots, speed_rad_s, amplitude_um);
-        let (_, [[a, b], [c, d]], [px, py]) = scaled(bearing, pedestal.dynamic_stiffness(speed_rad_s));
-        let factor = scalar::reciprocal((a + px) * (d + py) - b * c);
-        let determinant = a * d - b * c;
-        [
-            [factor * (determinant + a * py), factor * (b * py)],
-            [factor * (c * px), factor * (determinant + d * px)],
-        ]
+        housing(self.bearing(knots, speed_rad_s, amplitude_um), pedestal.dynamic_stiffness(speed_rad_s))
     }
 }
 
@@ -118,21 +114,19 @@ impl Pedestal {
     }
 }
 
-/// Both divided by the largest entry, and that entry: the determinant of stiffnesses squared leaves f32.
-fn scaled(bearing: Block, pedestal: [C; 2]) -> (f32, Block, [C; 2]) {
+/// `(Zb + Zp)⁻¹ Zb`, both divided by their largest entry first: the determinant of stiffnesses squared leaves f32.
+#[inline(never)]
+fn housing(bearing: Block, pedestal: [C; 2]) -> Block {
     let [of_bearing, of_pedestal] = [bearing.as_flattened(), &pedestal].map(scalar::largest_size);
-    let largest = scalar::greater(of_bearing, of_pedestal);
-    let scale = 1.0 / largest;
-    (largest, bearing.map(|row| row.map(|z| z * scale)), pedestal.map(|z| z * scale))
-}
-
-/// `Zp (Zb + Zp)⁻¹ Zb`.
-fn in_series(bearing: Block, pedestal: [C; 2]) -> Block {
-    let (largest, [[a, b], [c, d]], [px, py]) = scaled(bearing, pedestal);
-    let factor = scalar::reciprocal((a + px) * (d + py) - b * c) * largest;
+    let scale = 1.0 / scalar::greater(of_bearing, of_pedestal);
+    let [[a, b], [c, d]] = bearing.map(|row| row.map(|z| z * scale));
+    let [px, py] = pedestal.map(|z| z * scale);
+    let factor = scalar::reciprocal((a + px) * (d + py) - b * c);
     let determinant = a * d - b * c;
-    let (x, y) = (factor * px, factor * py);
-    [[x * (determinant + a * py), x * (b * py)], [y * (c * px), y * (determinant + d * px)]]
+    [
+        [factor * (determinant + a * py), factor * (b * py)],
+        [factor * (c * px), factor * (determinant + d * px)],
+    ]
 }
 
 #[cfg(test)]

@@ -262,10 +262,10 @@ impl Reference {
         surest
     }
 
-    /// The place for a new speed: of those without, of those that the machine only passed through, of all; of these the one
-    /// visited longest ago.
+    /// The place for a new speed: one without, which was never visited; else of those that the machine only passed through,
+    /// else of all, the one visited longest ago.
     fn least_needed(&self, settled_readings: u8) -> u8 {
-        let need = |speed: &TrustedSpeed| (speed.visit > 0, speed.readings >= settled_readings, speed.visit);
+        let need = |speed: &TrustedSpeed| (speed.readings >= settled_readings, speed.visit);
         let least = (0..).zip(&self.speeds).min_by_key(|(_, speed)| need(speed));
         least.map_or(0, |(place, _)| place)
     }
