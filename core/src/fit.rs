@@ -96,7 +96,7 @@ impl<const PROBES: usize, const PLANES: usize> BoundedFit<PROBES, PLANES> {
     }
 
     /// `Σ|H u − target|`, µm.
-    #[inline]
+    #[inline(never)] // once in flash
     pub fn residual_um(&self, unbalance_g_mm: &[Pair; PLANES]) -> f32 {
         self.residuals_um(unbalance_g_mm).fold(0.0, |sum, residual| sum + residual.abs())
     }
@@ -105,64 +105,47 @@ impl<const PROBES: usize, const PLANES: usize> BoundedFit<PROBES, PLANES> {
     /// `σ²(HᵀH)⁻¹`, as of least squares; infinite where the rows do not tell the planes apart. g·mm.
     ///
     /// HᵀH is a Hermitian matrix of one row a plane in real form, so that both parts have the same variance and none in
-    /// common; it is taken apart as `L D Lᴴ`.
+    /// common. It is inverted in place, plane by plane, the pivots being those of `L D Lᴴ`.
     pub fn deviations_g_mm(&self, noise_um: f32) -> [f32; PLANES] {
-        let is_free = |plane: &usize| self.bound_g_mm().get(*plane).is_some_and(|&bound| bound > 0.0);
-        let mut deviations = [f32::INFINITY; PLANES];
-        let mut factors = self.gram();
-        for i in (0..PLANES).filter(is_free) {
-            let Some(mut row) = factors.get(i).copied() else { continue };
-            let own = entry(&row, i).re;
-            let mut pivot = own;
-            for j in (0..i).filter(is_free) {
-                let mut value = entry(&row, j);
-                for k in (0..j).filter(is_free) {
-                    value -= entry(&row, k) * cell(&factors, k, k).re * cell(&factors, j, k).conj();
+        let gram = self.gram();
+        let mut inverse = gram;
+        let mut deviations = [0.0; PLANES];
+        for k in (0..PLANES).filter(|&plane| self.is_free(plane)) {
+            let row = inverse[k];
+            let pivot = row[k].re;
+            if pivot.is_nan() || pivot <= SINGULAR * gram[k][k].re {
+                return [f32::INFINITY; PLANES];
+            }
+            inverse[k] = [C::default(); PLANES];
+            for (i, other) in inverse.iter_mut().enumerate() {
+                let factor = if i == k { C::new(-1.0 / pivot, 0.0) } else { other[k] / pivot };
+                other[k] = C::default();
+                for (cell, above) in other.iter_mut().zip(&row) {
+                    *cell -= factor * above;
                 }
-                let factor = value / cell(&factors, j, j).re;
-                pivot -= (factor * value.conj()).re;
-                if let Some(place) = row.get_mut(j) {
-                    *place = factor;
-                }
-            }
-            if pivot.is_nan() || pivot <= SINGULAR * own {
-                return deviations;
-            }
-            if let Some(place) = row.get_mut(i) {
-                *place = C::new(pivot, 0.0);
-            }
-            if let Some(place) = factors.get_mut(i) {
-                *place = row;
+                other[k] = -factor;
             }
         }
         for (k, deviation) in deviations.iter_mut().enumerate() {
-            // A column of L⁻¹.
-            let mut column = [C::default(); PLANES];
-            let mut variance = 0.0_f32;
-            for i in (k..PLANES).filter(is_free) {
-                let mut value = C::new(if i == k { 1.0 } else { 0.0 }, 0.0);
-                for m in (k..i).filter(is_free) {
-                    value -= cell(&factors, i, m) * entry(&column, m);
-                }
-                variance += value.norm_sqr() / cell(&factors, i, i).re;
-                if let Some(place) = column.get_mut(i) {
-                    *place = value;
-                }
+            if self.is_free(k) {
+                *deviation = noise_um * scalar::sqrt(inverse[k][k].re);
             }
-            *deviation = noise_um * scalar::sqrt(variance);
         }
         deviations
     }
 
-    /// Lower triangle of the Hermitian matrix `Σ c̄_i c_j` of the complex influence coefficients.
+    /// The plane is there, and its unbalance may be other than zero.
+    fn is_free(&self, plane: usize) -> bool {
+        self.bound_g_mm().get(plane).is_some_and(|&bound| bound > 0.0)
+    }
+
+    /// The Hermitian matrix `Σ c̄_i c_j` of the complex influence coefficients.
     fn gram(&self) -> [[C; PLANES]; PLANES] {
         let mut gram = [[C::default(); PLANES]; PLANES];
-        for [row, _] in self.influence.iter().take(self.probes) {
-            for i in 0..PLANES {
-                let [a, b] = row[i];
-                for j in 0..=i {
-                    let [c, d] = row[j];
-                    gram[i][j] += C::new(a * c + b * d, b * c - a * d);
+        for [influence, _] in self.influence.iter().take(self.probes) {
+            for (row, [a, b]) in gram.iter_mut().zip(influence) {
+                for (cell, [c, d]) in row.iter_mut().zip(influence) {
+                    *cell += C::new(a * c + b * d, b * c - a * d);
                 }
             }
         }
@@ -170,24 +153,13 @@ impl<const PROBES: usize, const PLANES: usize> BoundedFit<PROBES, PLANES> {
     }
 
     /// The nearest unbalance within the bounds: each plane outside its disc is drawn back along its radius.
-    #[inline]
+    #[inline(never)] // once in flash
     pub fn confine(&self, mut unbalance_g_mm: [Pair; PLANES]) -> [Pair; PLANES] {
         for (unbalance, &bound) in unbalance_g_mm.iter_mut().zip(&self.bound_g_mm).take(self.planes) {
             *unbalance = confine(*unbalance, bound);
         }
         unbalance_g_mm
     }
-}
-
-/// An entry of a row; zero beyond its end, so that nothing here can panic.
-#[inline]
-fn entry<const N: usize>(row: &[C; N], place: usize) -> C {
-    row.get(place).copied().unwrap_or_default()
-}
-
-#[inline]
-fn cell<const N: usize>(matrix: &[[C; N]; N], row: usize, column: usize) -> C {
-    matrix.get(row).map_or(C::default(), |row| entry(row, column))
 }
 
 #[inline]

@@ -43,7 +43,7 @@ struct Best<const PLANES: usize> {
 }
 
 impl<const PLANES: usize> Best<PLANES> {
-    #[inline]
+    #[inline(never)] // once in flash
     fn consider<const PROBES: usize>(
         &mut self,
         fit: &BoundedFit<PROBES, PLANES>,

@@ -51,15 +51,15 @@ pub fn search<const PARTICLES: usize, const PROBES: usize, const PLANES: usize>(
     seed: u64,
 ) -> [Pair; PLANES] {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
-    let mut best = confine(fit, start);
-    let mut best_um = residual_um(fit, &best);
+    let mut best = fit.confine(start);
+    let mut best_um = fit.residual_um(&best);
     let mut swarm: [Particle<PLANES>; PARTICLES] = array::from_fn(|number| {
         let place = if number == 0 { best } else { random_place(fit, &mut random) };
         Particle { place, velocity: [[0.0; 2]; PLANES], best: place, best_um: f32::INFINITY }
     });
     for _ in 0..=config.iterations {
         for particle in &mut swarm {
-            let value_um = residual_um(fit, &particle.place);
+            let value_um = fit.residual_um(&particle.place);
             if value_um < particle.best_um {
                 particle.best_um = value_um;
                 particle.best = particle.place;
@@ -84,7 +84,7 @@ fn random_place<const PROBES: usize, const PLANES: usize>(
         let [radial, angular] = two_fractions(random);
         *pair = scalar::rough_disc_point(radial, angular).map(|x| x * bound);
     }
-    confine(fit, place)
+    fit.confine(place)
 }
 
 #[inline]
@@ -104,25 +104,7 @@ fn advance<const PROBES: usize, const PLANES: usize>(
             + config.social * b * (swarm - *place);
         *place += *velocity;
     }
-    particle.place = confine(fit, particle.place);
-}
-
-// Once each, not wherever they are wanted: the swarm is seldom needed, and what is built for speed has to fit into flash.
-
-#[inline(never)]
-fn residual_um<const PROBES: usize, const PLANES: usize>(
-    fit: &BoundedFit<PROBES, PLANES>,
-    place: &[Pair; PLANES],
-) -> f32 {
-    fit.residual_um(place)
-}
-
-#[inline(never)]
-fn confine<const PROBES: usize, const PLANES: usize>(
-    fit: &BoundedFit<PROBES, PLANES>,
-    place: [Pair; PLANES],
-) -> [Pair; PLANES] {
-    fit.confine(place)
+    particle.place = fit.confine(particle.place);
 }
 
 /// Two numbers in 0..1 from one draw: sixteen bits each are plenty here.

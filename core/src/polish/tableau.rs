@@ -149,7 +149,7 @@ impl<const PLANES: usize> Tableau<PLANES> {
     }
 
     /// Cost of another unit of each column's variable, without that of the variable's own kink.
-    #[inline]
+    #[inline(never)] // once in flash
     fn slopes(&self) -> [Pair; PLANES] {
         let mut slopes = [[0.0; 2]; PLANES];
         for line in self.kinks().filter(|line| !line.vanishes) {
