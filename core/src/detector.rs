@@ -332,6 +332,7 @@ impl Misfit {
 }
 
 /// Seconds from one time to another; zero if the clock went back.
+#[inline(never)] // once in flash
 fn seconds_since(then_us: u64, now_us: u64) -> f32 {
     now_us.saturating_sub(then_us) as f32 * 1e-6
 }

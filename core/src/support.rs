@@ -51,7 +51,7 @@ impl<const N: usize> Support<N> {
     }
 
     /// Dynamic stiffness without the pedestal, N/m.
-    #[inline]
+    #[inline(never)] // once in flash
     fn bearing(&self, knots: &[Knot], speed_rad_s: f32, amplitude_um: Pair) -> Block {
         let [stiffness, damping] = self.coefficients(knots, speed_rad_s);
         // Describing function of a cubic spring: ¾ of the stiffness at the peak.

@@ -118,6 +118,7 @@ impl Change {
 
     /// A cause that changes the vectors by `way_um` and leaves `left_um`, of which `unexplained` is the part that may be
     /// beside noise; the trusted ones' noise counts by `square`.
+    #[inline(never)] // once in flash
     fn is_explained(&self, square: f32, way_um: f32, left_um: f32, unexplained: f32) -> bool {
         let ([before_sum, before_most], [sum, most]) = (self.noise_before, self.noise_now);
         let noise_um = noise_norm_um(square * before_sum + sum, square * before_most + most);
