@@ -108,7 +108,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// A node without a model.
     ///
     /// Errors: [`NodeError::Node`], [`NodeError::Thresholds`].
-    #[inline]
+    #[inline(never)]
     pub fn new(config: NodeConfig) -> Result<Self, NodeError> {
         const {
             #[cfg(feature = "command")]
@@ -160,6 +160,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// Takes any frame of the bus but the node's own; those of other nodes are ignored. The frame that completes a
     /// reading has it evaluated at once and its result queued.
+    #[inline(never)]
     pub fn receive(&mut self, time_us: u64, frame: &Frame) {
         let asked = Message::decode(frame).map(|(_, message)| message) == Ok(Message::VersionQuery);
         if asked && [self.config.node, BROADCAST_NODE].contains(&frame.node()) {
@@ -196,6 +197,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     /// Time-outs, transfers, age of the evidence and heartbeat; to be called from the start on, at [`Node::poll_at`] or
     /// earlier.
+    #[inline(never)]
     pub fn poll(&mut self, time_us: u64) {
         self.assembler.poll(self.config.reading_timeout_us, time_us);
         let due = self.ownership.poll(time_us);
@@ -340,7 +342,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
                 }
                 if let Some(estimate) = self.monitor.estimate() {
                     let result = result_of(numbered.sequence, estimate, &judgement);
-                    self.tell::<MAX_RESULT_FRAMES>(result_frames(self.config.node, &result));
+                    self.tell(&result_frames(self.config.node, &result), MAX_RESULT_FRAMES);
                 }
             }
         }

@@ -80,6 +80,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// What is to be stored now. The board stores it and calls [`Node::saved`], until there is nothing more.
+    #[inline(never)]
     pub fn to_save(&self) -> Option<Save<'_>> {
         match self.handler.pending {
             Some(Pending { is_counted: true, .. }) if self.model().is_some() => {
@@ -97,6 +98,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// Whether what [`Node::to_save`] gave is stored: a command takes effect and is answered, or is refused.
+    #[inline(never)]
     pub fn saved(&mut self, time_us: u64, stored: bool) {
         match self.handler.pending.take() {
             Some(pending) if !pending.is_counted => self.carry_out(time_us, pending, stored),

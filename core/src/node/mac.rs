@@ -69,18 +69,18 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     }
 
     /// Queues what the node tells, with its MAC if the node sends MACs, or nothing. Whether there was room.
-    pub(super) fn tell<const COUNT: usize>(&mut self, frames: impl IntoIterator<Item = Frame>) -> bool {
+    pub(super) fn tell(&mut self, frames: &[Frame], most: usize) -> bool {
         let Some(key) = self.config.key.filter(|_| self.config.authenticated) else {
-            return self.queue_all::<COUNT>(frames);
+            return self.queue_all(frames, most);
         };
         let waiting = self.queue.len();
         // A queue without room for the MAC refuses all of it.
-        if QUEUE_FRAMES.saturating_sub(waiting) < COUNT.saturating_add(MAC_FRAMES) {
+        if QUEUE_FRAMES.saturating_sub(waiting) < most.saturating_add(MAC_FRAMES) {
             let counters = self.assembler.counters_mut();
-            counters.overflowed = counters.overflowed.wrapping_add(COUNT as u32);
+            counters.overflowed = counters.overflowed.wrapping_add(most as u32);
             return false;
         }
-        if !self.queue_all::<COUNT>(frames) {
+        if !self.queue_all(frames, most) {
             return false;
         }
         let mac = &mut self.mac;

@@ -15,8 +15,8 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
 
     pub(super) fn take_authenticated(&mut self, _: u64, _: &Frame) {}
 
-    pub(super) fn tell<const COUNT: usize>(&mut self, frames: impl IntoIterator<Item = Frame>) -> bool {
-        self.queue_all::<COUNT>(frames)
+    pub(super) fn tell(&mut self, frames: &[Frame], most: usize) -> bool {
+        self.queue_all(frames, most)
     }
 
     #[cfg(feature = "command")]

@@ -1,5 +1,7 @@
 //! The frames a node sends of itself: state, heartbeat, version; and the queue of all it sends.
 
+use heapless::Vec;
+
 use super::{HEARTBEAT_FRAMES, Node, QUEUE_FRAMES};
 use crate::can::{
     FLAG_FLAGGED, FLAG_SUSPICIOUS, Frame, Message, MonitorResult, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION,
@@ -27,7 +29,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// Whether the queue had room for it.
     pub(super) fn tell_state(&mut self, time_us: u64) -> bool {
         let status = self.status(time_us);
-        let told = self.tell::<1>([Message::State(status).encode(self.config.node)]);
+        let told = self.tell(&[Message::State(status).encode(self.config.node)], 1);
         if told {
             self.announced = status;
         }
@@ -45,9 +47,18 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             self.model().map_or((0, 0), |model| (model.probes.len() as u8, model.planes.len() as u8));
         let on_trial = self.handler.trial_until_us().is_some();
         let model = Message::Model { checksum: self.monitor.checksum(), probes, planes, on_trial };
-        let pairs = (0..).zip(counters.pairs()).map(|(pair, values)| Message::Counters { pair, values });
-        let messages = [heartbeat, Message::State(status)].into_iter().chain(pairs).chain([model]);
-        if self.tell::<HEARTBEAT_FRAMES>(messages.map(|message| message.encode(node))) {
+        let mut frames: Vec<Frame, HEARTBEAT_FRAMES> = Vec::new();
+        let mut add = |message: Message| {
+            // Cannot be full: the capacity is that of a whole heartbeat.
+            let _ = frames.push(message.encode(node));
+        };
+        add(heartbeat);
+        add(Message::State(status));
+        for (pair, values) in (0..).zip(counters.pairs()) {
+            add(Message::Counters { pair, values });
+        }
+        add(model);
+        if self.tell(&frames, HEARTBEAT_FRAMES) {
             self.announced = status;
         }
     }
@@ -62,19 +73,21 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
             planes: PLANES as u8,
         };
         if self.may_send() {
-            self.queue_all::<1>([version.encode(self.config.node)]);
+            self.queue_all(&[version.encode(self.config.node)], 1);
         }
     }
 
-    /// Queues all frames or, lacking room, none: half a result is of no use. Whether they were queued.
-    pub(super) fn queue_all<const COUNT: usize>(&mut self, frames: impl IntoIterator<Item = Frame>) -> bool {
-        if QUEUE_FRAMES.saturating_sub(self.queue.len()) < COUNT {
+    /// Queues all frames or, where there is room for fewer than `most`, none: half a result is of no use. Whether they were
+    /// queued.
+    #[inline(never)] // once in flash
+    pub(super) fn queue_all(&mut self, frames: &[Frame], most: usize) -> bool {
+        if QUEUE_FRAMES.saturating_sub(self.queue.len()) < most {
             let counters = self.assembler.counters_mut();
-            counters.overflowed = counters.overflowed.wrapping_add(COUNT as u32);
+            counters.overflowed = counters.overflowed.wrapping_add(most as u32);
             return false;
         }
         for frame in frames {
-            let _ = self.queue.push_back(frame);
+            let _ = self.queue.push_back(*frame);
         }
         true
     }
