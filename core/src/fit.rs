@@ -1,7 +1,5 @@
 //! The problem of phase II at one speed: the unbalance of least absolute residual within a disc for each plane.
 
-use core::array;
-
 use nalgebra::Complex;
 
 use crate::model::Pair;
@@ -28,21 +26,29 @@ pub struct BoundedFit<const PROBES: usize, const PLANES: usize> {
 }
 
 impl<const PROBES: usize, const PLANES: usize> BoundedFit<PROBES, PLANES> {
+    const EMPTY: Self = Self {
+        influence: [[[[0.0; 2]; PLANES]; 2]; PROBES],
+        target_um: [[0.0; 2]; PROBES],
+        bound_g_mm: [0.0; PLANES],
+        probes: 0,
+        planes: 0,
+    };
+
     /// From complex influence coefficients (µm per g·mm of each plane) and target phasors (µm) of probes, and the largest
     /// unbalance allowed in each plane (g·mm); what goes beyond the capacity is left out.
     pub fn new(probes: impl Iterator<Item = ([C; PLANES], C)>, bound_g_mm: &[f32]) -> Self {
-        let bound = |plane: usize| bound_g_mm.get(plane).copied().unwrap_or(0.0);
-        let mut fit = Self {
-            influence: [[[[0.0; 2]; PLANES]; 2]; PROBES],
-            target_um: [[0.0; 2]; PROBES],
-            bound_g_mm: array::from_fn(bound),
-            probes: 0,
-            planes: bound_g_mm.len().min(PLANES),
-        };
+        let mut fit = Self::EMPTY;
+        fit.planes = bound_g_mm.len().min(PLANES);
+        for (own, &bound) in fit.bound_g_mm.iter_mut().zip(bound_g_mm) {
+            *own = bound;
+        }
         let places = fit.influence.iter_mut().zip(&mut fit.target_um);
         for ((influence, target), (coefficients, phasor)) in places.zip(probes) {
-            // Y = c·(x + iy); the features are Re Y and −Im Y.
-            *influence = [coefficients.map(|c| [c.re, -c.im]), coefficients.map(|c| [-c.im, -c.re])];
+            let [cosine, sine] = influence;
+            for ((cosine, sine), c) in cosine.iter_mut().zip(sine).zip(&coefficients) {
+                // Y = c·(x + iy); the features are Re Y and −Im Y.
+                (*cosine, *sine) = ([c.re, -c.im], [-c.im, -c.re]);
+            }
             *target = [phasor.re, -phasor.im];
             fit.probes += 1;
         }

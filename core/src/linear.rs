@@ -129,9 +129,10 @@ pub(crate) struct Equation<const N: usize, const PLANES: usize> {
 }
 
 impl<const N: usize, const PLANES: usize> Equation<N, PLANES> {
-    pub fn zero() -> Self {
-        Self { cells: [[C::default(); N]; 2], planes: [C::default(); PLANES], known: C::default() }
-    }
+    pub const ZERO: Self = {
+        let zero = C::new(0.0, 0.0);
+        Self { cells: [[zero; N]; 2], planes: [zero; PLANES], known: zero }
+    };
 
     #[inline]
     fn tail(&self, column: usize, size: usize) -> &[C] {

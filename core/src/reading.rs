@@ -134,6 +134,17 @@ impl Reading {
         }
     }
 
+    /// Moves speed and vectors by a part of the way to those of another reading; the gap voltages become its own.
+    pub(crate) fn approach(&mut self, other: &Self, part: f32) {
+        let move_to = |own: &mut f32, other: f32| *own += part * (other - *own);
+        move_to(&mut self.speed_rpm, other.speed_rpm);
+        for (own, other) in self.probes.iter_mut().zip(&other.probes) {
+            move_to(&mut own.cos_um, other.cos_um);
+            move_to(&mut own.sin_um, other.sin_um);
+        }
+        self.gaps_v = other.gaps_v;
+    }
+
     /// Speed and all features are finite: no probe is lost.
     pub fn is_complete(&self) -> bool {
         self.speed_rpm.is_finite() && self.probes().iter().all(|probe| probe.is_finite())

@@ -1,7 +1,7 @@
 //! Readings of the same speed and the same probes become one that is steadier.
 
 use super::seconds_since;
-use crate::reading::{MAX_PROBES, ProbeVector, Reading};
+use crate::reading::Reading;
 
 /// Relative difference of speed up to which two readings are of the same speed.
 const SAME_SPEED: f32 = 0.005;
@@ -32,35 +32,27 @@ impl Average {
     /// of a set of probes.
     #[inline(never)]
     pub fn update(&mut self, time_constant_s: f32, time_us: u64, reading: &Reading) -> AveragedReading {
-        let joined = self.last.and_then(|last| last.joined(time_constant_s, time_us, reading));
-        let averaged = joined.unwrap_or(AveragedReading { reading: *reading, variance: 1.0, at_us: time_us });
-        self.last = Some(averaged);
-        averaged
+        if let Some(last) = &mut self.last
+            && last.join(time_constant_s, time_us, reading)
+        {
+            return *last;
+        }
+        *self.last.insert(AveragedReading { reading: *reading, variance: 1.0, at_us: time_us })
     }
 }
 
 impl AveragedReading {
-    /// The mean with another reading; `None` if the two have nothing to do with each other.
-    fn joined(&self, time_constant_s: f32, time_us: u64, reading: &Reading) -> Option<Self> {
+    /// Takes another reading into the mean; `false`, and nothing changes, if the two have nothing to do with each other.
+    fn join(&mut self, time_constant_s: f32, time_us: u64, reading: &Reading) -> bool {
         let dt_s = seconds_since(self.at_us, time_us);
         if dt_s >= APART * time_constant_s || !is_alike(&self.reading, reading) {
-            return None;
+            return false;
         }
         let weight = dt_s / (dt_s + time_constant_s);
-        let mean = |mean: f32, new: f32| mean + weight * (new - mean);
-        let mut vectors = [ProbeVector::LOST; MAX_PROBES];
-        for (vector, (old, new)) in vectors.iter_mut().zip(self.reading.probes().iter().zip(reading.probes()))
-        {
-            *vector =
-                ProbeVector { cos_um: mean(old.cos_um, new.cos_um), sin_um: mean(old.sin_um, new.sin_um) };
-        }
-        let vectors = vectors.get(..reading.probes().len())?;
-        let speed_rpm = mean(self.reading.speed_rpm, reading.speed_rpm);
-        Some(Self {
-            reading: Reading::new(speed_rpm, vectors)?.with_gaps_v(reading.gaps_v()),
-            variance: (1.0 - weight) * (1.0 - weight) * self.variance + weight * weight,
-            at_us: time_us,
-        })
+        self.reading.approach(reading, weight);
+        self.variance = (1.0 - weight) * (1.0 - weight) * self.variance + weight * weight;
+        self.at_us = time_us;
+        true
     }
 }
 
@@ -79,6 +71,7 @@ fn is_alike(one: &Reading, other: &Reading) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reading::ProbeVector;
     use crate::testing::Random;
 
     const PERIOD_US: u64 = 87_000;

@@ -1,7 +1,5 @@
 //! What probes and hardening supports see of the shaft's motion.
 
-use core::array;
-
 use super::correction::at;
 use super::equations::whirling;
 use super::motion::{Motion, Whirl};
@@ -65,23 +63,20 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
         speed: f32,
         amplitudes: &SupportAmplitudes,
     ) -> Response<PROBES, PLANES> {
+        let mut response = Response { probes: [Linear::ZERO; PROBES], count: model.probes.len() as u8 };
         // Probes come in pairs at one place.
         let mut before: Option<(&Probe<N>, WhirlMotion<PLANES>)> = None;
-        let shown = |number: usize| {
-            let Some(probe) = model.probes.get(number) else {
-                return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
-            };
+        for (linear, probe) in response.probes.iter_mut().zip(&model.probes) {
             let place = match &before {
                 Some((other, place)) if is_same_place(other, probe) => place,
                 _ => &before.insert((probe, self.seen(model, probe, speed, amplitudes))).1,
             };
             let [re, im] = probe.gain;
-            let mut linear = place.along(probe.direction, C::new(re, im));
+            *linear = place.along(probe.direction, C::new(re, im));
             let [re, im] = probe.runout_um;
             linear.fixed += C::new(re, im);
-            linear
-        };
-        Response { probes: array::from_fn(shown), count: model.probes.len() as u8 }
+        }
+        response
     }
 
     /// The motion a probe sees: of the shaft, less that of the housing it is mounted on.
