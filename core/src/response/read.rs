@@ -23,13 +23,14 @@ fn whirl_at<const N: usize>(shape: &Shape<N>, whirl: &Whirl<N>) -> [C; 2] {
 
 /// Not by `==` of nalgebra, which takes three times the code.
 fn is_same_place<const N: usize>(one: &Probe<N>, other: &Probe<N>) -> bool {
-    let [one_cells, other_cells] =
-        [one, other].map(|probe| (&probe.shape.forward.data.0, &probe.shape.backward.data.0));
-    one_cells == other_cells && one.mount == other.mount
+    let (one_shape, other_shape) = (&one.shape, &other.shape);
+    one_shape.forward.data.0 == other_shape.forward.data.0
+        && one_shape.backward.data.0 == other_shape.backward.data.0
+        && one.mount == other.mount
 }
 
 impl<const PLANES: usize> WhirlMotion<PLANES> {
-    #[inline]
+    #[inline(never)] // once in flash
     fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &Shape<N>) -> Self {
         let whirl = |whirl: &Whirl<N>| whirl_at(shape, whirl);
         Self { planes: motion.planes.each_ref().map(whirl), forced: motion.forced.as_ref().map(whirl) }
@@ -46,7 +47,7 @@ impl<const PLANES: usize> WhirlMotion<PLANES> {
     }
 
     /// `cos·X + sin·Y` times a gain: with X = p + m and Y = −i(p − m) it is `(cos − i sin)·p + (cos + i sin)·m`.
-    #[inline]
+    #[inline(never)] // once in flash
     fn along(&self, [cos, sin]: Pair, gain: C) -> Linear<PLANES> {
         let (forward, backward) = (gain * C::new(cos, -sin), gain * C::new(cos, sin));
         let read = |[p, m]: [C; 2]| forward * p + backward * m;
