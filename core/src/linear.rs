@@ -52,7 +52,9 @@ impl<const MOST: usize> Blocks<MOST> {
                 let (factor, cells) = row.get_mut(column..)?.split_first_mut()?;
                 let mut scaled = Block::default();
                 subtract_block(&mut scaled, factor, pivot);
-                *factor = scaled.map(|row| row.map(|z| -z));
+                for (factor, z) in factor.as_flattened_mut().iter_mut().zip(scaled.as_flattened()) {
+                    *factor = -z;
+                }
                 for (cell, above) in cells.iter_mut().zip(&*after) {
                     subtract_block(cell, factor, above);
                 }

@@ -118,7 +118,7 @@ impl Memory {
 
     /// The detector that goes on from here.
     pub fn detector(&self) -> Detector {
-        let positive = |number: f32| if number.is_finite() { scalar::greater(0.0, number) } else { 0.0 };
+        let positive = |number: f32| if scalar::is_amount(number) { number } else { 0.0 };
         let cause = Some(Reason::from_code(self.cause)).filter(|cause| *cause != Reason::None);
         let suspicious_s = positive(self.suspicious_s);
         let suspicion = if self.version == VERSION_OF_RUNS {
@@ -133,7 +133,7 @@ impl Memory {
         };
         let baseline = Baseline {
             level: Level::resume(self.level_um, self.level_weight_s),
-            reference_um: self.reference_um.filter(|reference| reference.is_finite() && *reference >= 0.0),
+            reference_um: self.reference_um.filter(|reference| scalar::is_amount(*reference)),
             learned_s: positive(self.learned_s),
             learned_readings: self.learned_readings,
             suspicion,

@@ -56,6 +56,12 @@ pub(crate) fn largest_size(numbers: &[Complex<f32>]) -> f32 {
     numbers.iter().fold(0.0, |largest, &z| greater(largest, size(z)))
 }
 
+/// A finite number that is not negative.
+#[inline]
+pub(crate) fn is_amount(number: f32) -> bool {
+    (0.0..=f32::MAX).contains(&number)
+}
+
 /// The greater number; the first if the second is not a number. `f32::max` treats both alike, which takes twice the code.
 #[inline(always)]
 pub(crate) fn greater(number: f32, other: f32) -> f32 {

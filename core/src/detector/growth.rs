@@ -29,7 +29,7 @@ impl Growth {
     pub fn resume(most_g_mm: &[f32], last_g_mm: &[Pair]) -> Self {
         let mut anchor_g_mm = [0.0; MAX_PLANES];
         for (place, (anchor, &last)) in anchor_g_mm.iter_mut().zip(last_g_mm).enumerate() {
-            let most = most_g_mm.get(place).copied().filter(|most| most.is_finite() && *most >= 0.0);
+            let most = most_g_mm.get(place).copied().filter(|most| scalar::is_amount(*most));
             *anchor = most.unwrap_or(scalar::length(last));
         }
         Self { anchor_g_mm: Some(anchor_g_mm), ..Self::default() }

@@ -22,8 +22,8 @@ pub struct Level {
 impl Level {
     /// Goes on with a mean that stood for `weight_s`; a mean that is not finite or negative is none.
     pub fn resume(mean: Option<f32>, weight_s: f32) -> Self {
-        let mean = mean.filter(|mean| mean.is_finite() && *mean >= 0.0);
-        let weight_s = if weight_s.is_finite() { scalar::greater(0.0, weight_s) } else { 0.0 };
+        let mean = mean.filter(|mean| scalar::is_amount(*mean));
+        let weight_s = if scalar::is_amount(weight_s) { weight_s } else { 0.0 };
         Self { mean, weight_s, ..Self::default() }
     }
 

@@ -43,7 +43,7 @@ pub struct Repetition {
 }
 
 /// Runs of repeats of each probe and of whole readings, and loops of readings.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Repeats {
     probes: [Run; MAX_PROBES],
     whole: Run,
@@ -99,14 +99,18 @@ impl Repeats {
     }
 }
 
-impl Default for Run {
+impl Default for Repeats {
     fn default() -> Self {
-        let none = Counts::default();
-        Self { chance: 1.0, length: 0, after_move: none, after_repeat: none }
+        Self { probes: [Run::NONE; MAX_PROBES], whole: Run::NONE, cycle: Cycle::default() }
     }
 }
 
 impl Run {
+    const NONE: Self = {
+        let none = Counts { comparisons: 0, repeats: 0 };
+        Self { chance: 1.0, length: 0, after_move: none, after_repeat: none }
+    };
+
     /// Takes a comparison; whether the run is longer than chance allows.
     fn is_too_long(&mut self, is_repeat: bool) -> bool {
         let is_by_chance = self.chance >= LEAST_CHANCE;
@@ -157,7 +161,7 @@ impl Counts {
 
 impl Default for Cycle {
     fn default() -> Self {
-        Self { checksums: [0; HISTORY], newest: 0, known: 0, lag: 0, run: Run::default() }
+        Self { checksums: [0; HISTORY], newest: 0, known: 0, lag: 0, run: Run::NONE }
     }
 }
 

@@ -61,7 +61,7 @@ pub enum Dispersion {
 }
 
 /// Memory of the last readings' scatter.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scatter {
     probes: [ProbeScatter; MAX_PROBES],
     /// Readings in the mean vectors, up to that weight.
@@ -80,6 +80,18 @@ struct ProbeScatter {
     level: f32,
     mean_um: [f32; 2],
     power_um2: f32,
+}
+
+impl Default for Scatter {
+    fn default() -> Self {
+        Self {
+            probes: [ProbeScatter::NONE; MAX_PROBES],
+            readings: 0,
+            variance: 0.0,
+            learned: 0,
+            dispersion: Dispersion::Usual,
+        }
+    }
 }
 
 impl Scatter {
@@ -140,14 +152,10 @@ impl Scatter {
     }
 }
 
-impl Default for ProbeScatter {
-    fn default() -> Self {
-        let none = [f32::NAN; 2];
-        Self { step_um: none, square: 1.0, level: 1.0, mean_um: [0.0; 2], power_um2: 0.0 }
-    }
-}
-
 impl ProbeScatter {
+    const NONE: Self =
+        Self { step_um: [f32::NAN; 2], square: 1.0, level: 1.0, mean_um: [0.0; 2], power_um2: 0.0 };
+
     /// Half the square of the difference, or a sixth of that of the last two differences, µm²; each is twice the variance of
     /// a part if readings are independent. Not finite without a difference.
     fn square_of_step(&mut self, last: &ProbeVector, now: &ProbeVector, is_same_speed: bool) -> f32 {

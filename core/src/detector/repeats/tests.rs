@@ -59,7 +59,7 @@ fn chance_of_a_run_is_that_of_its_posterior() {
     {
         let after_move = Counts { comparisons: c, repeats: r };
         let after_repeat = Counts { comparisons: next_c, repeats: next_r };
-        let mut run = Run { after_move, after_repeat, ..Run::default() };
+        let mut run = Run { after_move, after_repeat, ..Run::NONE };
         for _ in 0..k {
             assert!(!run.is_too_long(true));
         }

@@ -136,7 +136,7 @@ fn readings_without_direction_are_taken_for_one_once_in_1000() {
     let mut random = Random::new(6);
     let (mut directed, mut windows) = (0, 0);
     let mut scatter = Scatter::default();
-    let mut probe = ProbeScatter::default();
+    let mut probe = ProbeScatter::NONE;
     for number in 0..1_000_000 {
         let angle = core::f32::consts::PI * random.signed();
         let now = ProbeVector { cos_um: 3.0 * angle.cos(), sin_um: 3.0 * angle.sin() };
