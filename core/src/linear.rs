@@ -52,9 +52,7 @@ impl<const MOST: usize> Blocks<MOST> {
                 let (factor, cells) = row.get_mut(column..)?.split_first_mut()?;
                 let mut scaled = Block::default();
                 subtract_block(&mut scaled, factor, pivot);
-                for (factor, z) in factor.as_flattened_mut().iter_mut().zip(scaled.as_flattened()) {
-                    *factor = -z;
-                }
+                *factor = scaled.map(|row| row.map(|z| -z));
                 for (cell, above) in cells.iter_mut().zip(&*after) {
                     subtract_block(cell, factor, above);
                 }
@@ -131,10 +129,9 @@ pub(crate) struct Equation<const N: usize, const PLANES: usize> {
 }
 
 impl<const N: usize, const PLANES: usize> Equation<N, PLANES> {
-    pub const ZERO: Self = {
-        let zero = C::new(0.0, 0.0);
-        Self { cells: [[zero; N]; 2], planes: [zero; PLANES], known: zero }
-    };
+    pub fn zero() -> Self {
+        Self { cells: [[C::default(); N]; 2], planes: [C::default(); PLANES], known: C::default() }
+    }
 
     #[inline]
     fn tail(&self, column: usize, size: usize) -> &[C] {

@@ -76,8 +76,6 @@ pub struct Linear<const PLANES: usize> {
 }
 
 impl<const PLANES: usize> Linear<PLANES> {
-    const ZERO: Self = Self { per_unbalance: [C::new(0.0, 0.0); PLANES], fixed: C::new(0.0, 0.0) };
-
     /// Phasor for an unbalance `[U cos α, U sin α]` of each plane, µm.
     #[inline]
     pub fn phasor(&self, unbalance_g_mm: &[Pair]) -> C {

@@ -51,7 +51,7 @@ pub(crate) fn subtract_product(sum: Complex<f32>, a: Complex<f32>, b: Complex<f3
 }
 
 /// The largest [`size`] of some numbers; those that are not numbers are left out.
-#[inline(never)] // once in flash
+#[inline]
 pub(crate) fn largest_size(numbers: &[Complex<f32>]) -> f32 {
     numbers.iter().fold(0.0, |largest, &z| greater(largest, size(z)))
 }

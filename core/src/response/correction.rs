@@ -1,5 +1,7 @@
 //! The supports as a correction of the modes: as many equations as the supports have forces.
 
+use core::array;
+
 use heapless::Vec;
 
 use super::C;
@@ -34,20 +36,14 @@ pub(super) fn correct<const N: usize, const PROBES: usize, const PLANES: usize>(
     model: &Model<N, PROBES, PLANES>,
     motion: &mut Motion<N, PLANES>,
 ) -> Option<()> {
-    let mut gains = Answer::<N>::ZERO;
-    for (gain, x) in gains.forward.iter_mut().zip(&equations.forward) {
-        *gain = 1.0 / x;
-    }
-    for (gain, &x) in gains.backward.iter_mut().zip(&equations.backward) {
-        *gain = scalar::reciprocal(x);
-    }
+    let forward_gains = equations.forward.map(|x| 1.0 / x);
+    let backward_gains = equations.backward.map(scalar::reciprocal);
     let mut answers: Vec<Answer<N>, MOST_SUPPORTS> = Vec::new();
     // Of each support with those before it and with itself, one after another.
     let mut flexibilities: Vec<(f32, C), { MOST_SUPPORTS * (MOST_SUPPORTS + 1) / 2 }> = Vec::new();
     for (support, stiffness) in model.supports.iter().zip(&equations.supports) {
-        answers.push(Answer::ZERO).ok()?;
-        let answer = answers.last_mut()?;
-        answer.set(support, &gains);
+        answers.push(Answer::new(support, &forward_gains, &backward_gains)).ok()?;
+        let answer = answers.last()?;
         let largest = scalar::largest_size(stiffness.as_flattened());
         let growth = largest * answer.largest_flexibility(support);
         if growth.is_nan() || growth > LARGEST_GROWTH {
@@ -75,7 +71,7 @@ pub(super) fn correct<const N: usize, const PROBES: usize, const PLANES: usize>(
             forces.push([pp * free, mp * free]).ok()?;
         }
         system.solve(&mut forces);
-        for (x, gain) in whirl.plus.iter_mut().zip(&gains.forward) {
+        for (x, gain) in whirl.plus.iter_mut().zip(&forward_gains) {
             *x *= *gain;
         }
         for ([plus, minus], answer) in forces.iter().zip(&answers) {
@@ -91,16 +87,12 @@ pub(super) fn correct<const N: usize, const PROBES: usize, const PLANES: usize>(
 }
 
 impl<const N: usize> Answer<N> {
-    const ZERO: Self = Self { forward: [0.0; N], backward: [C::new(0.0, 0.0); N] };
-
     #[inline(always)]
-    fn set(&mut self, support: &Support<N>, gains: &Self) {
+    fn new(support: &Support<N>, forward_gains: &[f32; N], backward_gains: &[C; N]) -> Self {
         let ([forward], [backward]) = (&support.shape.forward.data.0, &support.shape.backward.data.0);
-        for ((answer, gain), here) in self.forward.iter_mut().zip(&gains.forward).zip(forward) {
-            *answer = here * gain;
-        }
-        for ((answer, gain), &here) in self.backward.iter_mut().zip(&gains.backward).zip(backward) {
-            *answer = gain * here;
+        Self {
+            forward: array::from_fn(|j| forward[j] * forward_gains[j]),
+            backward: array::from_fn(|j| backward_gains[j] * backward[j]),
         }
     }
 

@@ -13,7 +13,7 @@ pub(super) fn eliminate<const N: usize, const PROBES: usize, const PLANES: usize
     model: &Model<N, PROBES, PLANES>,
     motion: &mut Motion<N, PLANES>,
 ) -> Option<()> {
-    let mut system = [[Equation::<N, PLANES>::ZERO; N]; 2];
+    let mut system = [[Equation::<N, PLANES>::zero(); N]; 2];
     let [forward, backward] = &mut system;
     for (j, (forward, backward)) in forward.iter_mut().zip(backward.iter_mut()).enumerate() {
         forward.cells[0][j] = C::new(equations.forward[j], 0.0);

@@ -1,5 +1,7 @@
 //! Forward and backward whirl of the shaft for each right-hand side.
 
+use core::array;
+
 use super::C;
 use crate::model::{ForcingLaw, Model};
 
@@ -11,7 +13,9 @@ pub(crate) struct Whirl<const N: usize> {
 }
 
 impl<const N: usize> Whirl<N> {
-    pub const ZERO: Self = Self { plus: [C::new(0.0, 0.0); N], minus: [C::new(0.0, 0.0); N] };
+    pub fn zero() -> Self {
+        Self { plus: [C::default(); N], minus: [C::default(); N] }
+    }
 }
 
 /// Motion for a unit of unbalance (1 g·mm) in each plane, and for the forcings if there are any.
@@ -25,13 +29,11 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     #[inline(never)]
     pub fn forces<const PROBES: usize>(model: &Model<N, PROBES, PLANES>, speed: f32) -> Self {
         let square = speed * speed;
-        // One variable, written where it stays: copies are dear without a cache.
-        let mut motion = Self { planes: [Whirl::ZERO; PLANES], forced: None };
-        for (whirl, shape) in motion.planes.iter_mut().zip(&model.planes) {
-            for (value, &here) in whirl.plus.iter_mut().zip(&shape.data.0[0]) {
-                value.re = here * square;
-            }
-        }
+        let planes = array::from_fn(|plane| match model.planes.get(plane) {
+            Some(shape) => Whirl { plus: shape.data.0[0].map(|x| C::new(x * square, 0.0)), ..Whirl::zero() },
+            None => Whirl::zero(),
+        });
+        let mut forced = None;
         for forcing in &model.forcings {
             let [re, im] = forcing.amplitude;
             let law = match forcing.law {
@@ -39,11 +41,11 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
                 ForcingLaw::SpeedSquared => square,
             };
             let force = C::new(re, im) * law;
-            let whirl = motion.forced.get_or_insert(Whirl::ZERO);
+            let whirl = forced.get_or_insert(Whirl::zero());
             for (value, &here) in whirl.plus.iter_mut().zip(&forcing.shape.data.0[0]) {
                 *value += force * here;
             }
         }
-        motion
+        Self { planes, forced }
     }
 }

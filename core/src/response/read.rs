@@ -1,5 +1,7 @@
 //! What probes and hardening supports see of the shaft's motion.
 
+use core::array;
+
 use super::correction::at;
 use super::equations::whirling;
 use super::motion::{Motion, Whirl};
@@ -23,14 +25,13 @@ fn whirl_at<const N: usize>(shape: &Shape<N>, whirl: &Whirl<N>) -> [C; 2] {
 
 /// Not by `==` of nalgebra, which takes three times the code.
 fn is_same_place<const N: usize>(one: &Probe<N>, other: &Probe<N>) -> bool {
-    let (one_shape, other_shape) = (&one.shape, &other.shape);
-    one_shape.forward.data.0 == other_shape.forward.data.0
-        && one_shape.backward.data.0 == other_shape.backward.data.0
-        && one.mount == other.mount
+    let [one_cells, other_cells] =
+        [one, other].map(|probe| (&probe.shape.forward.data.0, &probe.shape.backward.data.0));
+    one_cells == other_cells && one.mount == other.mount
 }
 
 impl<const PLANES: usize> WhirlMotion<PLANES> {
-    #[inline(never)] // once in flash
+    #[inline]
     fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &Shape<N>) -> Self {
         let whirl = |whirl: &Whirl<N>| whirl_at(shape, whirl);
         Self { planes: motion.planes.each_ref().map(whirl), forced: motion.forced.as_ref().map(whirl) }
@@ -47,7 +48,7 @@ impl<const PLANES: usize> WhirlMotion<PLANES> {
     }
 
     /// `cos·X + sin·Y` times a gain: with X = p + m and Y = −i(p − m) it is `(cos − i sin)·p + (cos + i sin)·m`.
-    #[inline(never)] // once in flash
+    #[inline]
     fn along(&self, [cos, sin]: Pair, gain: C) -> Linear<PLANES> {
         let (forward, backward) = (gain * C::new(cos, -sin), gain * C::new(cos, sin));
         let read = |[p, m]: [C; 2]| forward * p + backward * m;
@@ -64,20 +65,23 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
         speed: f32,
         amplitudes: &SupportAmplitudes,
     ) -> Response<PROBES, PLANES> {
-        let mut response = Response { probes: [Linear::ZERO; PROBES], count: model.probes.len() as u8 };
         // Probes come in pairs at one place.
         let mut before: Option<(&Probe<N>, WhirlMotion<PLANES>)> = None;
-        for (linear, probe) in response.probes.iter_mut().zip(&model.probes) {
+        let shown = |number: usize| {
+            let Some(probe) = model.probes.get(number) else {
+                return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
+            };
             let place = match &before {
                 Some((other, place)) if is_same_place(other, probe) => place,
                 _ => &before.insert((probe, self.seen(model, probe, speed, amplitudes))).1,
             };
             let [re, im] = probe.gain;
-            *linear = place.along(probe.direction, C::new(re, im));
+            let mut linear = place.along(probe.direction, C::new(re, im));
             let [re, im] = probe.runout_um;
             linear.fixed += C::new(re, im);
-        }
-        response
+            linear
+        };
+        Response { probes: array::from_fn(shown), count: model.probes.len() as u8 }
     }
 
     /// The motion a probe sees: of the shaft, less that of the housing it is mounted on.
