@@ -108,7 +108,7 @@ impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize, C: Numerics<
     /// A node without a model.
     ///
     /// Errors: [`NodeError::Node`], [`NodeError::Thresholds`].
-    #[inline(never)]
+    #[inline] // made where it stays: a second node would not fit on the stack
     pub fn new(config: NodeConfig) -> Result<Self, NodeError> {
         const {
             #[cfg(feature = "command")]
