@@ -18,7 +18,7 @@ const HELD: f32 = 1e-4;
 /// A direction is a cosine and a sine; their squares may add up to one within this.
 const DIRECTION: f32 = 0.02;
 
-impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Model<SHAPES, PROBES, PLANES> {
     /// Reads what [`Model::encode`] wrote and checks it. Bytes after the checksum are ignored, so that a whole page of
     /// flash may be handed in.
     ///
@@ -42,7 +42,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     ///
     /// Errors: those of [`Model::decode`].
     #[inline(never)]
-    pub(crate) fn verify<C: Numerics<N, PROBES, PLANES>>(bytes: &[u8]) -> Result<[u8; 4], ModelError> {
+    pub(crate) fn verify<C: Numerics<SHAPES, PROBES, PLANES>>(bytes: &[u8]) -> Result<[u8; 4], ModelError> {
         let mut model = Self::EMPTY;
         model.read(bytes)?;
         model.check_by::<C>()?;
@@ -58,7 +58,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
         self.check_by::<InPlace>()
     }
 
-    pub(crate) fn check_by<C: Numerics<N, PROBES, PLANES>>(&self) -> Result<(), ModelError> {
+    pub(crate) fn check_by<C: Numerics<SHAPES, PROBES, PLANES>>(&self) -> Result<(), ModelError> {
         let planes = self.planes.len();
         if planes == 0 || planes > MAX_PLANES || self.initial_unbalance_g_mm.len() != planes {
             return Err(ModelError::Planes);
@@ -136,7 +136,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// its own. The mean does not depend on the axes, and the cross-coupling that fluid films have does not enter it.
     #[inline(never)]
     fn is_held(&self, speed_rad_s: f32) -> bool {
-        let mut matrix = [[0.0; N]; N];
+        let mut matrix = [[0.0; SHAPES]; SHAPES];
         for (i, row) in matrix.iter_mut().enumerate() {
             row[i] = 1.0 + HELD;
         }
@@ -156,7 +156,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     }
 
     /// A response that a millionth of the speed turns over is one of rounding errors, not of the machine.
-    fn try_out<C: Numerics<N, PROBES, PLANES>>(&self, speed_rad_s: f32) -> Result<(), ModelError> {
+    fn try_out<C: Numerics<SHAPES, PROBES, PLANES>>(&self, speed_rad_s: f32) -> Result<(), ModelError> {
         let at =
             |speed| C::response(self, speed, &SupportAmplitudes::default()).map_err(|_| ModelError::Response);
         let (here, beside) = (at(speed_rad_s)?, at(speed_rad_s * (1.0 + SPEED_STEP))?);
@@ -178,8 +178,8 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
 
 /// By elimination without pivoting: every pivot is positive exactly if the symmetric matrix is positive definite (Golub and
 /// Van Loan 2013, section 4.2).
-fn is_positive_definite<const N: usize>(matrix: &mut [[f32; N]; N]) -> bool {
-    for column in 0..N {
+fn is_positive_definite<const SHAPES: usize>(matrix: &mut [[f32; SHAPES]; SHAPES]) -> bool {
+    for column in 0..SHAPES {
         let pivot = matrix[column];
         let lead = pivot[column];
         if !(lead > 0.0 && lead.is_finite()) {

@@ -119,18 +119,18 @@ fn subtract_product(side: &mut [C; 2], block: &Block, [x, y]: &[C; 2]) {
     }
 }
 
-/// One equation of up to 2N unknowns, in two halves because stable Rust has no `2 * N` in const generics, with its
-/// right-hand sides: one for each plane, and one for what is known.
+/// One equation of up to twice `SHAPES` unknowns, in two halves because stable Rust has no `2 * SHAPES` in const generics,
+/// with its right-hand sides: one for each plane, and one for what is known.
 #[derive(Clone, Copy)]
-pub(crate) struct Equation<const N: usize, const PLANES: usize> {
-    pub cells: [[C; N]; 2],
+pub(crate) struct Equation<const SHAPES: usize, const PLANES: usize> {
+    pub cells: [[C; SHAPES]; 2],
     pub planes: [C; PLANES],
     pub known: C,
 }
 
-impl<const N: usize, const PLANES: usize> Equation<N, PLANES> {
+impl<const SHAPES: usize, const PLANES: usize> Equation<SHAPES, PLANES> {
     pub fn zero() -> Self {
-        Self { cells: [[C::default(); N]; 2], planes: [C::default(); PLANES], known: C::default() }
+        Self { cells: [[C::default(); SHAPES]; 2], planes: [C::default(); PLANES], known: C::default() }
     }
 
     #[inline]
@@ -167,14 +167,16 @@ impl<const N: usize, const PLANES: usize> Equation<N, PLANES> {
 /// Cost (12 equations, three sides): 572 multiply-subtracts in the matrix, 198 + 198 in the right-hand sides, 12
 /// reciprocals.
 #[inline(never)]
-pub(crate) fn solve<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, PLANES>]) -> Option<()> {
+pub(crate) fn solve<const SHAPES: usize, const PLANES: usize>(
+    rows: &mut [Equation<SHAPES, PLANES>],
+) -> Option<()> {
     eliminate(rows)?;
     substitute_back(rows);
     Some(())
 }
 
 /// Upper triangle in place; each diagonal cell is left as the reciprocal of its pivot.
-fn eliminate<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, PLANES>]) -> Option<()> {
+fn eliminate<const SHAPES: usize, const PLANES: usize>(rows: &mut [Equation<SHAPES, PLANES>]) -> Option<()> {
     let size = rows.len();
     let mut rest = rows;
     let mut column = 0;
@@ -208,9 +210,9 @@ fn subtract(row: &mut [C], factor: C, above: &[C]) {
 }
 
 #[inline]
-fn raise_largest<const N: usize, const PLANES: usize>(
-    pivot: &mut Equation<N, PLANES>,
-    below: &mut [Equation<N, PLANES>],
+fn raise_largest<const SHAPES: usize, const PLANES: usize>(
+    pivot: &mut Equation<SHAPES, PLANES>,
+    below: &mut [Equation<SHAPES, PLANES>],
     column: usize,
 ) {
     let mut largest = pivot.size_at(column);
@@ -227,7 +229,7 @@ fn raise_largest<const N: usize, const PLANES: usize>(
     }
 }
 
-fn substitute_back<const N: usize, const PLANES: usize>(rows: &mut [Equation<N, PLANES>]) {
+fn substitute_back<const SHAPES: usize, const PLANES: usize>(rows: &mut [Equation<SHAPES, PLANES>]) {
     let mut rest = rows;
     while let Some((last, above)) = mem::take(&mut rest).split_last_mut() {
         let column = above.len();

@@ -3,7 +3,7 @@
 //! A [`Support`] adds to the dynamic stiffness, a [`Forcing`] to the excitation, a [`Probe`] says what a reading shows.
 //! A physical effect is one or more such terms, so a better model needs no new firmware.
 //!
-//! `N` is the number of modes in one plane (the same modes serve x and y). A shape is the values of the modes at one place
+//! `SHAPES` is the number of modes in one plane (the same modes serve x and y). A shape is the values of the modes at one place
 //! of the shaft; [`Modes`] makes it and the shaft from matrices on any shape functions.
 
 mod codec;
@@ -43,15 +43,15 @@ pub const MAX_BEARINGS: u8 = 7;
 /// A shaft plus three kinds of term, checked: made from a [`Description`] by [`Model::new`] or from its bytes by
 /// [`Model::decode`]. The bytes are the only serialised form that is read, so that no model escapes the check.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Model<const N: usize, const PROBES: usize, const PLANES: usize> {
+pub struct Model<const SHAPES: usize, const PROBES: usize, const PLANES: usize> {
     pub(crate) machine: [u8; 4],
-    pub(crate) shaft: Shaft<N>,
+    pub(crate) shaft: Shaft<SHAPES>,
     pub(crate) internal_damping_s: f32,
-    pub(crate) planes: Vec<SVector<f32, N>, PLANES>,
-    pub(crate) supports: Vec<Support<N>, MAX_SUPPORTS>,
+    pub(crate) planes: Vec<SVector<f32, SHAPES>, PLANES>,
+    pub(crate) supports: Vec<Support<SHAPES>, MAX_SUPPORTS>,
     pub(crate) knots: Vec<Knot, MAX_KNOTS>,
-    pub(crate) forcings: Vec<Forcing<N>, MAX_FORCINGS>,
-    pub(crate) probes: Vec<Probe<N>, PROBES>,
+    pub(crate) forcings: Vec<Forcing<SHAPES>, MAX_FORCINGS>,
+    pub(crate) probes: Vec<Probe<SHAPES>, PROBES>,
     pub(crate) masked: u8,
     pub(crate) initial_unbalance_g_mm: Vec<Pair, PLANES>,
     pub(crate) unbalance_floor_g_mm: f32,
@@ -92,8 +92,8 @@ impl Noise {
 /// `k + iW c − W² mass`, `k = stiffness·(1 + slope·(W/W_ref − 1)) + k_table(W)`, `c = damping + c_table(W)`; the two
 /// diagonal stiffnesses further times `1 + ¾·hardening·a²`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Support<const N: usize> {
-    pub shape: Shape<N>,
+pub struct Support<const SHAPES: usize> {
+    pub shape: Shape<SHAPES>,
     /// `[[kxx, kxy], [kyx, kyy]]`, N/m.
     pub stiffness_n_m: [Pair; 2],
     /// `[[cxx, cxy], [cyx, cyy]]`, N·s/m.
@@ -143,9 +143,9 @@ pub struct Pedestal {
 
 /// A known excitation that turns with the shaft: phasors `Fx = F`, `Fy = −iF`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Forcing<const N: usize> {
+pub struct Forcing<const SHAPES: usize> {
     /// Forward shape where it acts (slopes, for a moment).
-    pub shape: SVector<f32, N>,
+    pub shape: SVector<f32, SHAPES>,
     /// `F` as real and imaginary part: µN for [`ForcingLaw::Constant`], g·mm (µN·s²) for [`ForcingLaw::SpeedSquared`].
     pub amplitude: Pair,
     /// How it changes with speed.
@@ -167,8 +167,8 @@ pub enum ForcingLaw {
 /// A probe on a support's housing shows the shaft less the housing, whose motion follows from that of the shaft at the
 /// support: `(Zb + Zp)⁻¹ Zb`, bearing over bearing and pedestal.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Probe<const N: usize> {
-    pub shape: Shape<N>,
+pub struct Probe<const SHAPES: usize> {
+    pub shape: Shape<SHAPES>,
     /// Cosine and sine of the probe's angle from +x, in the direction of rotation.
     pub direction: Pair,
     /// Complex gain (real, imaginary); `[1, 0]` for a probe in order.
@@ -192,9 +192,9 @@ pub struct Counts {
     pub planes: u8,
 }
 
-impl<const N: usize> Support<N> {
+impl<const SHAPES: usize> Support<SHAPES> {
     /// An isotropic spring and damper, nothing else.
-    pub fn isotropic(shape: Shape<N>, stiffness_n_m: f32, damping_n_s_m: f32) -> Self {
+    pub fn isotropic(shape: Shape<SHAPES>, stiffness_n_m: f32, damping_n_s_m: f32) -> Self {
         Self {
             shape,
             stiffness_n_m: [[stiffness_n_m, 0.0], [0.0, stiffness_n_m]],
@@ -209,14 +209,14 @@ impl<const N: usize> Support<N> {
     }
 }
 
-impl<const N: usize> Probe<N> {
+impl<const SHAPES: usize> Probe<SHAPES> {
     /// A probe in order on the ground at `direction` (cosine, sine of its angle), beside a bearing.
-    pub fn plain(shape: Shape<N>, direction: Pair, bearing: u8) -> Self {
+    pub fn plain(shape: Shape<SHAPES>, direction: Pair, bearing: u8) -> Self {
         Self { shape, direction, gain: [1.0, 0.0], runout_um: [0.0; 2], bearing, mount: None }
     }
 }
 
-impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Model<SHAPES, PROBES, PLANES> {
     /// Some support stiffens with amplitude, so the response is no longer linear in the unbalance.
     pub fn is_nonlinear(&self) -> bool {
         self.supports.iter().any(|support| support.hardening_per_um2 != 0.0)

@@ -127,8 +127,8 @@ pub struct Response<const PROBES: usize, const PLANES: usize> {
 /// Solves the model at one speed.
 ///
 /// Errors: [`ResponseError::Singular`], [`ResponseError::NotFinite`].
-pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
+pub fn response<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<SHAPES, PROBES, PLANES>,
     speed_rad_s: f32,
     support_amplitudes_um: &SupportAmplitudes,
 ) -> Result<Response<PROBES, PLANES>, ResponseError> {
@@ -146,8 +146,8 @@ pub fn response<const N: usize, const PROBES: usize, const PLANES: usize>(
 /// `[U cos α, U sin α]` of each plane in g·mm, while the supports are as stiff as at `support_amplitudes_um`.
 ///
 /// Errors: [`ResponseError::Singular`].
-pub fn support_amplitudes<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
+pub fn support_amplitudes<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<SHAPES, PROBES, PLANES>,
     speed_rad_s: f32,
     support_amplitudes_um: &SupportAmplitudes,
     unbalance_g_mm: &[Pair],

@@ -48,8 +48,8 @@ pub enum Unusable {
 ///
 /// Errors: the first fault in the order number of probes, keyphasor, speed, features, lost probes.
 #[inline(never)]
-pub fn screen<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
+pub fn screen<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<SHAPES, PROBES, PLANES>,
     thresholds: &Thresholds,
     keyphasor: Keyphasor,
     reading: &Reading,
@@ -207,10 +207,10 @@ impl<const PLANES: usize> Estimator<PLANES> {
     /// The unbalance within the bounds. It is trusted until [`Estimator::distrust`].
     ///
     /// Errors: those of [`Tracker::update`]; mean and bounds have then taken the reading nevertheless.
-    pub fn estimate<C: Numerics<N, PROBES, PLANES>, const N: usize, const PROBES: usize>(
+    pub fn estimate<C: Numerics<SHAPES, PROBES, PLANES>, const SHAPES: usize, const PROBES: usize>(
         &mut self,
         config: &TrackConfig,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         averaged: &AveragedReading,
         bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {

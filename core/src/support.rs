@@ -13,7 +13,7 @@ pub(crate) type Block = [[C; 2]; 2];
 /// Stiffness and damping, `[[xx, xy], [yx, yy]]` each.
 type Coefficients = [[Pair; 2]; 2];
 
-impl<const N: usize> Support<N> {
+impl<const SHAPES: usize> Support<SHAPES> {
     /// Dynamic stiffness at a speed, N/m, with the shaft moving `amplitude_um` (x, y) at the support; `knots` are those
     /// of its own table.
     #[inline]

@@ -144,14 +144,14 @@ pub struct Tracker<const PLANES: usize> {
 
 impl<const PLANES: usize> Tracker<PLANES> {
     /// Starts from what phase I found.
-    pub fn new<const N: usize, const PROBES: usize>(model: &Model<N, PROBES, PLANES>) -> Self {
+    pub fn new<const SHAPES: usize, const PROBES: usize>(model: &Model<SHAPES, PROBES, PLANES>) -> Self {
         Self::resume(model, &model.initial_unbalance_g_mm)
     }
 
     /// Starts from the unbalance last found (g·mm, one pair a plane), as after a loss of power. Planes that are not given or
     /// not finite start from what phase I found.
-    pub fn resume<const N: usize, const PROBES: usize>(
-        model: &Model<N, PROBES, PLANES>,
+    pub fn resume<const SHAPES: usize, const PROBES: usize>(
+        model: &Model<SHAPES, PROBES, PLANES>,
         last_g_mm: &[Pair],
     ) -> Self {
         let mut tracker = Self {
@@ -184,10 +184,10 @@ impl<const PLANES: usize> Tracker<PLANES> {
     /// `bound_g_mm`: what each plane's unbalance may have grown to. Lost probes are left out.
     ///
     /// Errors: [`TrackError`].
-    pub fn update<const N: usize, const PROBES: usize>(
+    pub fn update<const SHAPES: usize, const PROBES: usize>(
         &mut self,
         config: &TrackConfig,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         reading: &Reading,
         bound_g_mm: &[f32; MAX_PLANES],
     ) -> Result<Estimate, TrackError> {
@@ -207,10 +207,10 @@ impl<const PLANES: usize> Tracker<PLANES> {
     }
 
     #[inline(never)]
-    fn solve<const N: usize, const PROBES: usize>(
+    fn solve<const SHAPES: usize, const PROBES: usize>(
         &mut self,
         config: &TrackConfig,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         reading: &Reading,
         bound_g_mm: &[f32; MAX_PLANES],
         redundancy: u8,
@@ -305,9 +305,9 @@ struct Solution<'a, const PROBES: usize, const PLANES: usize> {
 }
 
 impl Estimate {
-    fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
+    fn new<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
         solved: &Solution<'_, PROBES, PLANES>,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         reading: &Reading,
         redundancy: u8,
     ) -> Result<Self, TrackError> {

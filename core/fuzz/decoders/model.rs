@@ -52,10 +52,10 @@ pub fn machine() -> SmallModel {
 }
 
 /// The bytes that [`Model::encode`] writes.
-pub fn encoded<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
+pub fn encoded<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<SHAPES, PROBES, PLANES>,
 ) -> Vec<u8> {
-    let mut buffer = vec![0; Model::<N, PROBES, PLANES>::max_size_bytes()];
+    let mut buffer = vec![0; Model::<SHAPES, PROBES, PLANES>::max_size_bytes()];
     let length = model.encode(&mut buffer).expect("there is room");
     buffer.truncate(length);
     buffer

@@ -49,8 +49,8 @@ pub struct Evidence {
 impl Evidence {
     /// The evidence of an averaged reading's estimate, without a judgement of its raw readings. The noise is that of the used
     /// probes, reduced by the averaging.
-    pub fn new<const N: usize, const PROBES: usize, const PLANES: usize>(
-        model: &Model<N, PROBES, PLANES>,
+    pub fn new<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+        model: &Model<SHAPES, PROBES, PLANES>,
         estimate: &Estimate,
         averaged: &AveragedReading,
     ) -> Self {

@@ -3,7 +3,7 @@
 //! | place | bytes | what |
 //! |---|---|---|
 //! | 0 | 4 | schema, little endian |
-//! | 4 | 1 | modes N |
+//! | 4 | 1 | modes |
 //! | 5 | 1 | probes |
 //! | 6 | 1 | planes |
 //! | 7 | | the fields of [`Model`] in their order, as postcard 1 encodes them |
@@ -26,7 +26,7 @@ const F32: usize = 4;
 /// Length of a list with fewer than 128 entries; also the mark of an option or a variant.
 const MARK: usize = 1;
 
-packed!(Model<N, PROBES, PLANES> where [const N: usize, const PROBES: usize, const PLANES: usize] {
+packed!(Model<SHAPES, PROBES, PLANES> where [const SHAPES: usize, const PROBES: usize, const PLANES: usize] {
     machine,
     shaft,
     internal_damping_s,
@@ -41,9 +41,9 @@ packed!(Model<N, PROBES, PLANES> where [const N: usize, const PROBES: usize, con
     noise,
     speed_range_rpm,
 });
-packed!(Shaft<N> where [const N: usize] { forward_s2, backward_s2, springs_n_m });
-packed!(Shape<N> where [const N: usize] { forward, backward });
-packed!(Support<N> where [const N: usize] {
+packed!(Shaft<SHAPES> where [const SHAPES: usize] { forward_s2, backward_s2, springs_n_m });
+packed!(Shape<SHAPES> where [const SHAPES: usize] { forward, backward });
+packed!(Support<SHAPES> where [const SHAPES: usize] {
     shape,
     stiffness_n_m,
     damping_n_s_m,
@@ -57,8 +57,8 @@ packed!(Support<N> where [const N: usize] {
 packed!(KnotRange { first, count });
 packed!(Knot { speed_rad_s, stiffness_n_m, damping_n_s_m }, too many: ModelError::Knots);
 packed!(Pedestal { stiffness_n_m, damping_n_s_m, mass_kg });
-packed!(Forcing<N> where [const N: usize] { shape, amplitude, law }, too many: ModelError::Forcings);
-packed!(Probe<N> where [const N: usize] { shape, direction, gain, runout_um, bearing, mount });
+packed!(Forcing<SHAPES> where [const SHAPES: usize] { shape, amplitude, law }, too many: ModelError::Forcings);
+packed!(Probe<SHAPES> where [const SHAPES: usize] { shape, direction, gain, runout_um, bearing, mount });
 packed!(Noise { relative, floor_um });
 
 impl Packed for ForcingLaw {
@@ -89,10 +89,10 @@ impl Counts {
     }
 }
 
-impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Model<SHAPES, PROBES, PLANES> {
     /// Bytes of the largest model of these sizes; a buffer of that size always suffices for [`Model::encode`].
     pub const fn max_size_bytes() -> usize {
-        let shape = N * F32;
+        let shape = SHAPES * F32;
         let machine = 4;
         let shaft = 2 * shape + MARK + MAX_SUPPORTS * F32 + F32;
         let support = 2 * shape + (4 + 4 + 4) * F32 + (MARK + 2) + (MARK + 6 * F32);
@@ -107,7 +107,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
 
     fn own_counts(&self) -> Counts {
         // No list is as long as 256.
-        Counts { shapes: N as u8, probes: self.probes.len() as u8, planes: self.planes.len() as u8 }
+        Counts { shapes: SHAPES as u8, probes: self.probes.len() as u8, planes: self.planes.len() as u8 }
     }
 
     /// Writes the model into `buffer` and returns how many bytes it took.
@@ -136,7 +136,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
             return Err(ModelError::Schema);
         }
         let counts = Counts::read(bytes).ok_or(ModelError::Encoding)?;
-        if usize::from(counts.shapes) != N {
+        if usize::from(counts.shapes) != SHAPES {
             return Err(ModelError::BasisSize);
         }
         if usize::from(counts.probes) > PROBES {

@@ -36,28 +36,28 @@ use super::{Forcing, Knot, Model, ModelError, Noise, Pair, Probe, Shaft, Support
 /// assert!(machine.is_ok());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Description<'a, const N: usize> {
+pub struct Description<'a, const SHAPES: usize> {
     /// The machine's identity, the same in every model of one machine. A monitor that holds a model takes those of its own
     /// machine only, unless it is told otherwise.
     pub machine: [u8; 4],
     /// The shaft on its nominal springs, from [`Modes::shaft`](super::Modes::shaft). The terms of the supports are whole:
     /// what a nominal spring adds is taken off again.
-    pub shaft: &'a Shaft<N>,
+    pub shaft: &'a Shaft<SHAPES>,
     /// Rotating internal damping of the shaft: stress in phase with the rate of strain, relative to its stiffness, s.
     pub internal_damping_s: f32,
     /// Forward shape at each plane whose unbalance is tracked: one to `PLANES`.
-    pub planes: &'a [SVector<f32, N>],
+    pub planes: &'a [SVector<f32, SHAPES>],
     /// Unbalance that phase I found in each plane, `[U cos α, U sin α]`, g·mm.
     pub initial_unbalance_g_mm: &'a [Pair],
     /// Bearings and seals, which tie the shaft to the ground: two to [`MAX_SUPPORTS`](super::MAX_SUPPORTS).
-    pub supports: &'a [Support<N>],
+    pub supports: &'a [Support<SHAPES>],
     /// Entries of the supports' speed tables, each support's in a row: up to [`MAX_KNOTS`](super::MAX_KNOTS).
     pub knots: &'a [Knot],
     /// Excitation beside the tracked unbalance (bow, skew, coupling force, further planes): up to
     /// [`MAX_FORCINGS`](super::MAX_FORCINGS).
-    pub forcings: &'a [Forcing<N>],
+    pub forcings: &'a [Forcing<SHAPES>],
     /// One to `PROBES`, in the order of a reading's.
-    pub probes: &'a [Probe<N>],
+    pub probes: &'a [Probe<SHAPES>],
     /// Bit i: probe i is never used. At least one is.
     pub masked: u8,
     /// The bound on a plane's unbalance never falls below this, g·mm, so that a well balanced plane can grow again.
@@ -68,7 +68,7 @@ pub struct Description<'a, const N: usize> {
     pub speed_range_rpm: [f32; 2],
 }
 
-impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, PLANES> {
+impl<const SHAPES: usize, const PROBES: usize, const PLANES: usize> Model<SHAPES, PROBES, PLANES> {
     /// Makes a model and checks it.
     ///
     /// Errors: [`ModelError::Planes`], [`ModelError::Supports`], [`ModelError::Knots`], [`ModelError::Forcings`] and
@@ -76,7 +76,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     /// finite, no plane, no probe in use, fewer than two supports, a mass that is not positive, a speed range or table out of
     /// order, a bearing or mount that does not exist, supports that do not hold the shaft, a response that is not finite or
     /// is ill-conditioned.
-    pub fn new(description: &Description<N>) -> Result<Self, ModelError> {
+    pub fn new(description: &Description<SHAPES>) -> Result<Self, ModelError> {
         let model = Self {
             machine: description.machine,
             shaft: description.shaft.clone(),
@@ -97,7 +97,7 @@ impl<const N: usize, const PROBES: usize, const PLANES: usize> Model<N, PROBES, 
     }
 
     /// The parts of the model.
-    pub fn description(&self) -> Description<'_, N> {
+    pub fn description(&self) -> Description<'_, SHAPES> {
         Description {
             machine: self.machine,
             shaft: &self.shaft,

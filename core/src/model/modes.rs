@@ -29,29 +29,29 @@ const SINGULAR: f64 = 1e-13;
 /// Asymmetry that rounding of matrices to f32 and their products may leave, relative to the largest entry.
 const SYMMETRY: f64 = 1e-4;
 
-type Square<const N: usize> = [[f64; N]; N];
+type Square<const SHAPES: usize> = [[f64; SHAPES]; SHAPES];
 
 /// The shaft on its nominal springs, in its modes: made by [`Modes`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shaft<const N: usize> {
+pub struct Shaft<const SHAPES: usize> {
     /// `1/W_j²` of each mode of forward whirl, s²; may be negative.
-    pub forward_s2: SVector<f32, N>,
+    pub forward_s2: SVector<f32, SHAPES>,
     /// `1/W_j²` of each mode of backward whirl, s²; positive.
-    pub backward_s2: SVector<f32, N>,
+    pub backward_s2: SVector<f32, SHAPES>,
     /// Nominal spring at each support in their order, N/m; supports beyond have none.
     pub springs_n_m: Vec<f32, MAX_SUPPORTS>,
 }
 
 /// Values of the modes at one place of the shaft, √(m/N): made by [`Modes::shape`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shape<const N: usize> {
+pub struct Shape<const SHAPES: usize> {
     /// Of the modes of forward whirl.
-    pub forward: SVector<f32, N>,
+    pub forward: SVector<f32, SHAPES>,
     /// Of the modes of backward whirl.
-    pub backward: SVector<f32, N>,
+    pub backward: SVector<f32, SHAPES>,
 }
 
-/// A free shaft on N shape functions a plane, the same for x and y; symmetric matrices.
+/// A free shaft on its shape functions, as many a plane, the same for x and y; symmetric matrices.
 ///
 /// Its dynamic stiffness, with η the internal damping and W the speed in rad/s:
 ///
@@ -60,20 +60,20 @@ pub struct Shape<const N: usize> {
 /// | −iW²G − WηK          K − W²M + iWηK |
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Matrices<const N: usize> {
+pub struct Matrices<const SHAPES: usize> {
     /// K without any support, N/m.
-    pub stiffness: SMatrix<f64, N, N>,
+    pub stiffness: SMatrix<f64, SHAPES, SHAPES>,
     /// M, kg.
-    pub mass: SMatrix<f64, N, N>,
+    pub mass: SMatrix<f64, SHAPES, SHAPES>,
     /// G, polar inertia as it enters the gyroscopic terms, kg.
-    pub polar_inertia: SMatrix<f64, N, N>,
+    pub polar_inertia: SMatrix<f64, SHAPES, SHAPES>,
 }
 
 /// A nominal spring: the same along x and y.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spring<const N: usize> {
-    /// The N shape functions at the support: φ, so that the displacement there is φ·p along x and φ·r along y.
-    pub shape: SVector<f64, N>,
+pub struct Spring<const SHAPES: usize> {
+    /// The shape functions at the support: φ, so that the displacement there is φ·p along x and φ·r along y.
+    pub shape: SVector<f64, SHAPES>,
     /// About the support's stiffness in the speed range; together the springs must hold the shaft.
     pub stiffness_n_m: f64,
 }
@@ -127,17 +127,17 @@ impl Error for ModesError {}
 /// # Ok(()) }
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Modes<const N: usize> {
-    forward: Pencil<N>,
-    backward: Pencil<N>,
+pub struct Modes<const SHAPES: usize> {
+    forward: Pencil<SHAPES>,
+    backward: Pencil<SHAPES>,
     springs_n_m: Vec<f32, MAX_SUPPORTS>,
 }
 
-impl<const N: usize> Modes<N> {
+impl<const SHAPES: usize> Modes<SHAPES> {
     /// The springs in the order of the model's supports.
     ///
     /// Errors: [`ModesError`].
-    pub fn new(shaft: &Matrices<N>, springs: &[Spring<N>]) -> Result<Self, ModesError> {
+    pub fn new(shaft: &Matrices<SHAPES>, springs: &[Spring<SHAPES>]) -> Result<Self, ModesError> {
         let mut springs_n_m = Vec::new();
         let mut held = shaft.stiffness.data.0;
         for Spring { shape, stiffness_n_m } in springs {
@@ -176,7 +176,7 @@ impl<const N: usize> Modes<N> {
     }
 
     /// The shaft of a model.
-    pub fn shaft(&self) -> Shaft<N> {
+    pub fn shaft(&self) -> Shaft<SHAPES> {
         Shaft {
             forward_s2: narrowed(&self.forward.values),
             backward_s2: narrowed(&self.backward.values),
@@ -184,82 +184,82 @@ impl<const N: usize> Modes<N> {
         }
     }
 
-    /// What a support or a probe of a model needs of its place, from the N shape functions there.
-    pub fn shape(&self, place: &SVector<f64, N>) -> Shape<N> {
+    /// What a support or a probe of a model needs of its place, from the shape functions there.
+    pub fn shape(&self, place: &SVector<f64, SHAPES>) -> Shape<SHAPES> {
         Shape { forward: self.forward.at(place), backward: self.backward.at(place) }
     }
 
     /// What a plane or a forcing of a model needs of its place (slopes, for a moment): it forces forward whirl alone.
-    pub fn forward(&self, place: &SVector<f64, N>) -> SVector<f32, N> {
+    pub fn forward(&self, place: &SVector<f64, SHAPES>) -> SVector<f32, SHAPES> {
         self.forward.at(place)
     }
 }
 
 /// One kind of whirl.
 #[derive(Debug, Clone, PartialEq)]
-struct Pencil<const N: usize> {
+struct Pencil<const SHAPES: usize> {
     /// Λ, s².
-    values: [f64; N],
+    values: [f64; SHAPES],
     /// Ψᵀ, row by row a mode.
-    modes: Square<N>,
+    modes: Square<SHAPES>,
 }
 
-impl<const N: usize> Pencil<N> {
+impl<const SHAPES: usize> Pencil<SHAPES> {
     /// From `L⁻¹` with `K' = LLᵀ`: `L⁻¹ B L⁻ᵀ` is rotated until it is diagonal, and `L⁻¹` along.
-    fn new(to_unit: &Square<N>, inertia: &Square<N>) -> Self {
+    fn new(to_unit: &Square<SHAPES>, inertia: &Square<SHAPES>) -> Self {
         let mut modes = *to_unit;
-        let mut left = [[0.0; N]; N];
+        let mut left = [[0.0; SHAPES]; SHAPES];
         for (row, unit) in left.iter_mut().zip(to_unit) {
             for (&factor, inertia) in unit.iter().zip(inertia) {
                 add(row, factor, inertia);
             }
         }
-        let mut matrix = [[0.0; N]; N];
+        let mut matrix = [[0.0; SHAPES]; SHAPES];
         for (row, left) in matrix.iter_mut().zip(&left) {
             for (cell, unit) in row.iter_mut().zip(to_unit) {
                 *cell = dot(left, unit);
             }
         }
         diagonalise(&mut matrix, &mut modes);
-        let mut values = [0.0; N];
+        let mut values = [0.0; SHAPES];
         for (i, value) in values.iter_mut().enumerate() {
             *value = matrix[i][i];
         }
         Self { values, modes }
     }
 
-    fn at(&self, place: &SVector<f64, N>) -> SVector<f32, N> {
+    fn at(&self, place: &SVector<f64, SHAPES>) -> SVector<f32, SHAPES> {
         let [place] = &place.data.0;
         narrowed(&self.modes.map(|mode| dot(&mode, place)))
     }
 }
 
-fn is_symmetric<const N: usize>(cells: &Square<N>) -> bool {
+fn is_symmetric<const SHAPES: usize>(cells: &Square<SHAPES>) -> bool {
     let largest = cells.as_flattened().iter().fold(0.0_f64, |largest, cell| largest.max(cell.abs()));
-    (0..N).all(|i| (0..N).all(|j| (cells[i][j] - cells[j][i]).abs() <= SYMMETRY * largest))
+    (0..SHAPES).all(|i| (0..SHAPES).all(|j| (cells[i][j] - cells[j][i]).abs() <= SYMMETRY * largest))
 }
 
-fn narrowed<const N: usize>(wide: &[f64; N]) -> SVector<f32, N> {
+fn narrowed<const SHAPES: usize>(wide: &[f64; SHAPES]) -> SVector<f32, SHAPES> {
     SVector::from(wide.map(|x| x as f32))
 }
 
-fn dot<const N: usize>(left: &[f64; N], right: &[f64; N]) -> f64 {
+fn dot<const SHAPES: usize>(left: &[f64; SHAPES], right: &[f64; SHAPES]) -> f64 {
     left.iter().zip(right).fold(0.0, |sum, (a, b)| sum + a * b)
 }
 
 /// `row += factor · other`.
-fn add<const N: usize>(row: &mut [f64; N], factor: f64, other: &[f64; N]) {
+fn add<const SHAPES: usize>(row: &mut [f64; SHAPES], factor: f64, other: &[f64; SHAPES]) {
     for (cell, other) in row.iter_mut().zip(other) {
         *cell += factor * other;
     }
 }
 
 /// `L⁻¹` of `LLᵀ` (Cholesky); `None` if the matrix is not positive definite.
-fn inverted_factor<const N: usize>(matrix: &Square<N>) -> Option<Square<N>> {
-    let mut factor = [[0.0; N]; N];
-    let mut inverse = [[0.0; N]; N];
-    for i in 0..N {
-        let mut row = [0.0; N];
+fn inverted_factor<const SHAPES: usize>(matrix: &Square<SHAPES>) -> Option<Square<SHAPES>> {
+    let mut factor = [[0.0; SHAPES]; SHAPES];
+    let mut inverse = [[0.0; SHAPES]; SHAPES];
+    for i in 0..SHAPES {
+        let mut row = [0.0; SHAPES];
         for j in 0..i {
             row[j] = (matrix[i][j] - dot(&row, &factor[j])) / factor[j][j];
         }
@@ -268,7 +268,7 @@ fn inverted_factor<const N: usize>(matrix: &Square<N>) -> Option<Square<N>> {
             return None;
         }
         let pivot = scalar::sqrt_f64(square);
-        let mut unit = [0.0; N];
+        let mut unit = [0.0; SHAPES];
         unit[i] = 1.0;
         for j in 0..i {
             add(&mut unit, -row[j], &inverse[j]);
@@ -282,10 +282,10 @@ fn inverted_factor<const N: usize>(matrix: &Square<N>) -> Option<Square<N>> {
 
 /// Rotates a symmetric matrix until it is diagonal (Jacobi's cyclic process: Golub and Van Loan 2013, section 8.5), and the
 /// rows of `modes` along.
-fn diagonalise<const N: usize>(matrix: &mut Square<N>, modes: &mut Square<N>) {
+fn diagonalise<const SHAPES: usize>(matrix: &mut Square<SHAPES>, modes: &mut Square<SHAPES>) {
     for _ in 0..SWEEPS {
         let mut is_diagonal = true;
-        for p in 0..N {
+        for p in 0..SHAPES {
             for q in 0..p {
                 let (a, b, off) = (matrix[p][p], matrix[q][q], matrix[p][q]);
                 if off * off <= f64::EPSILON * f64::EPSILON * (a * b).abs() || off.abs() < f64::MIN_POSITIVE {
@@ -313,8 +313,8 @@ fn diagonalise<const N: usize>(matrix: &mut Square<N>, modes: &mut Square<N>) {
 }
 
 /// Turns two rows into one another.
-fn rotate<const N: usize>(rows: &mut Square<N>, p: usize, q: usize, turn: [f64; 2]) {
-    for k in 0..N {
+fn rotate<const SHAPES: usize>(rows: &mut Square<SHAPES>, p: usize, q: usize, turn: [f64; 2]) {
+    for k in 0..SHAPES {
         (rows[p][k], rows[q][k]) = turned(rows[p][k], rows[q][k], turn);
     }
 }
@@ -328,12 +328,12 @@ mod tests {
     use super::*;
     use crate::testing::Random;
 
-    const N: usize = 6;
+    const SHAPES: usize = 6;
 
-    fn symmetric(random: &mut Random, diagonal: impl Fn(&mut Random) -> f64) -> SMatrix<f64, N, N> {
-        let scales: [f64; N] = core::array::from_fn(|_| diagonal(random));
-        let mut matrix = SMatrix::<f64, N, N>::from_diagonal(&scales.into());
-        for i in 0..N {
+    fn symmetric(random: &mut Random, diagonal: impl Fn(&mut Random) -> f64) -> SMatrix<f64, SHAPES, SHAPES> {
+        let scales: [f64; SHAPES] = core::array::from_fn(|_| diagonal(random));
+        let mut matrix = SMatrix::<f64, SHAPES, SHAPES>::from_diagonal(&scales.into());
+        for i in 0..SHAPES {
             for j in 0..i {
                 matrix[(i, j)] = 0.1 * f64::from(random.signed()) * (scales[i] * scales[j]).sqrt();
                 matrix[(j, i)] = matrix[(i, j)];
@@ -342,7 +342,7 @@ mod tests {
         matrix
     }
 
-    fn shaft(random: &mut Random, polar: f32) -> (Matrices<N>, [Spring<N>; 2]) {
+    fn shaft(random: &mut Random, polar: f32) -> (Matrices<SHAPES>, [Spring<SHAPES>; 2]) {
         let shaft = Matrices {
             stiffness: symmetric(random, |random| f64::from(random.log_between(1e5, 1e10))),
             mass: symmetric(random, |random| f64::from(random.log_between(1.0, 100.0))),
@@ -375,7 +375,7 @@ mod tests {
                 for (value, expected) in values.iter().zip(&expected) {
                     assert!((value - expected).abs() < 1e-12 * largest, "{number}: {values:?} {expected}");
                 }
-                let psi = SMatrix::<f64, N, N>::from_fn(|i, j| pencil.modes[j][i]);
+                let psi = SMatrix::<f64, SHAPES, SHAPES>::from_fn(|i, j| pencil.modes[j][i]);
                 let one = psi.transpose() * held * psi;
                 assert!((one - SMatrix::identity()).amax() < 1e-9, "{number}: {one}");
                 let diagonal = psi.transpose() * inertia * psi;
@@ -389,7 +389,7 @@ mod tests {
     fn each_fault_of_a_shaft_is_named() {
         let (good, springs) = shaft(&mut Random::new(62), 1.0);
         assert!(Modes::new(&good, &springs).is_ok());
-        let with = |spoil: fn(&mut Matrices<N>)| {
+        let with = |spoil: fn(&mut Matrices<SHAPES>)| {
             let mut shaft = good;
             spoil(&mut shaft);
             Modes::new(&shaft, &springs).unwrap_err()

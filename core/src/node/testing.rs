@@ -29,10 +29,10 @@ pub fn config() -> NodeConfig {
     NodeConfig { listen_us: 0, key: Some(KEY), ..NodeConfig::new(NODE) }
 }
 
-pub fn encoded<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
+pub fn encoded<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<SHAPES, PROBES, PLANES>,
 ) -> Vec<u8> {
-    let mut bytes = std::vec![0; Model::<N, PROBES, PLANES>::max_size_bytes()];
+    let mut bytes = std::vec![0; Model::<SHAPES, PROBES, PLANES>::max_size_bytes()];
     let length = model.encode(&mut bytes).unwrap();
     bytes.truncate(length);
     bytes

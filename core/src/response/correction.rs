@@ -18,9 +18,9 @@ const LARGEST_GROWTH: f32 = 16.0;
 const MOST_SUPPORTS: usize = 4;
 
 /// A support's shape in each mode times the mode's gain: how the modes answer to a unit of force there.
-struct Answer<const N: usize> {
-    forward: [f32; N],
-    backward: [C; N],
+struct Answer<const SHAPES: usize> {
+    forward: [f32; SHAPES],
+    backward: [C; SHAPES],
 }
 
 /// Turns forces into motion; `None` where rounding would be amplified, the motion being left as it was, and for more
@@ -31,14 +31,14 @@ struct Answer<const N: usize> {
 /// `Σ|φ·gain·φ|`, no more than the largest such sum of a support with itself; what that does to r is the same as an error of
 /// ΔZ that is this sum times |ΔZ| as large. Near the pole of a mode it grows without limit, and r cancels against the force.
 #[inline(never)]
-pub(super) fn correct<const N: usize, const PROBES: usize, const PLANES: usize>(
-    equations: &Equations<N>,
-    model: &Model<N, PROBES, PLANES>,
-    motion: &mut Motion<N, PLANES>,
+pub(super) fn correct<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    equations: &Equations<SHAPES>,
+    model: &Model<SHAPES, PROBES, PLANES>,
+    motion: &mut Motion<SHAPES, PLANES>,
 ) -> Option<()> {
     let forward_gains = equations.forward.map(|x| 1.0 / x);
     let backward_gains = equations.backward.map(scalar::reciprocal);
-    let mut answers: Vec<Answer<N>, MOST_SUPPORTS> = Vec::new();
+    let mut answers: Vec<Answer<SHAPES>, MOST_SUPPORTS> = Vec::new();
     // Of each support with those before it and with itself, one after another.
     let mut flexibilities: Vec<(f32, C), { MOST_SUPPORTS * (MOST_SUPPORTS + 1) / 2 }> = Vec::new();
     for (support, stiffness) in model.supports.iter().zip(&equations.supports) {
@@ -86,9 +86,9 @@ pub(super) fn correct<const N: usize, const PROBES: usize, const PLANES: usize>(
     Some(())
 }
 
-impl<const N: usize> Answer<N> {
+impl<const SHAPES: usize> Answer<SHAPES> {
     #[inline(always)]
-    fn new(support: &Support<N>, forward_gains: &[f32; N], backward_gains: &[C; N]) -> Self {
+    fn new(support: &Support<SHAPES>, forward_gains: &[f32; SHAPES], backward_gains: &[C; SHAPES]) -> Self {
         let ([forward], [backward]) = (&support.shape.forward.data.0, &support.shape.backward.data.0);
         Self {
             forward: array::from_fn(|j| forward[j] * forward_gains[j]),
@@ -98,7 +98,7 @@ impl<const N: usize> Answer<N> {
 
     /// At a support, for a unit of force at this one, of forward and of backward whirl.
     #[inline]
-    fn flexibility(&self, support: &Support<N>) -> (f32, C) {
+    fn flexibility(&self, support: &Support<SHAPES>) -> (f32, C) {
         let ([forward], [backward]) = (&support.shape.forward.data.0, &support.shape.backward.data.0);
         let mut sum = 0.0;
         for (here, answer) in forward.iter().zip(&self.forward) {
@@ -109,7 +109,7 @@ impl<const N: usize> Answer<N> {
 
     /// The same at its own support with nothing cancelled, of whichever whirl is more flexible.
     #[inline(always)]
-    fn largest_flexibility(&self, support: &Support<N>) -> f32 {
+    fn largest_flexibility(&self, support: &Support<SHAPES>) -> f32 {
         let ([forward], [backward]) = (&support.shape.forward.data.0, &support.shape.backward.data.0);
         let (mut plus, mut minus) = (0.0, 0.0);
         for (here, answer) in forward.iter().zip(&self.forward) {
@@ -125,7 +125,7 @@ impl<const N: usize> Answer<N> {
 
 /// φ·x.
 #[inline]
-pub(super) fn at<const N: usize>(shape: &[f32; N], x: &[C; N]) -> C {
+pub(super) fn at<const SHAPES: usize>(shape: &[f32; SHAPES], x: &[C; SHAPES]) -> C {
     let mut sum = C::default();
     for (&here, value) in shape.iter().zip(x) {
         sum += value * here;

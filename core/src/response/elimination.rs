@@ -8,12 +8,12 @@ use crate::model::Model;
 
 /// `None` if the equations are singular.
 #[inline(never)]
-pub(super) fn eliminate<const N: usize, const PROBES: usize, const PLANES: usize>(
-    equations: &Equations<N>,
-    model: &Model<N, PROBES, PLANES>,
-    motion: &mut Motion<N, PLANES>,
+pub(super) fn eliminate<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    equations: &Equations<SHAPES>,
+    model: &Model<SHAPES, PROBES, PLANES>,
+    motion: &mut Motion<SHAPES, PLANES>,
 ) -> Option<()> {
-    let mut system = [[Equation::<N, PLANES>::zero(); N]; 2];
+    let mut system = [[Equation::<SHAPES, PLANES>::zero(); SHAPES]; 2];
     let [forward, backward] = &mut system;
     for (j, (forward, backward)) in forward.iter_mut().zip(backward.iter_mut()).enumerate() {
         forward.cells[0][j] = C::new(equations.forward[j], 0.0);
@@ -41,7 +41,7 @@ pub(super) fn eliminate<const N: usize, const PROBES: usize, const PLANES: usize
     }
     linear::solve(system.as_flattened_mut())?;
     let [forward, backward] = &system;
-    for i in 0..N {
+    for i in 0..SHAPES {
         for (plane, whirl) in motion.planes.iter_mut().enumerate() {
             (whirl.plus[i], whirl.minus[i]) = (forward[i].planes[plane], backward[i].planes[plane]);
         }

@@ -9,20 +9,20 @@ use crate::model::{MAX_SUPPORTS, Model};
 use crate::support::Block;
 
 /// The shaft on its nominal springs, and what each support adds to its own: forces `ΔZ·(p, m)` at its shape.
-pub(super) struct Equations<const N: usize> {
+pub(super) struct Equations<const SHAPES: usize> {
     /// `1 − W²/W_j²` of each mode.
-    pub forward: [f32; N],
+    pub forward: [f32; SHAPES],
     /// `1 − W²/W_j² + 2iWη` of each mode.
-    pub backward: [C; N],
+    pub backward: [C; SHAPES],
     /// `[[pp, pm], [mp, mm]]`, less the nominal spring, N/m.
     pub supports: Vec<Block, MAX_SUPPORTS>,
 }
 
-impl<const N: usize> Equations<N> {
+impl<const SHAPES: usize> Equations<SHAPES> {
     /// Of the shaft, the supports being added where it stays: moved once, it would cost as much as a right-hand side.
     #[inline(always)]
     pub fn of_shaft<const PROBES: usize, const PLANES: usize>(
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         speed: f32,
     ) -> Self {
         let square = speed * speed;
@@ -38,7 +38,7 @@ impl<const N: usize> Equations<N> {
     #[inline(never)]
     pub fn add_supports<const PROBES: usize, const PLANES: usize>(
         &mut self,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         speed: f32,
         SupportAmplitudes(amplitudes): &SupportAmplitudes,
     ) {

@@ -7,27 +7,27 @@ use crate::model::{ForcingLaw, Model};
 
 /// Coordinates of the modes of forward and backward whirl.
 #[derive(Clone, Copy)]
-pub(crate) struct Whirl<const N: usize> {
-    pub plus: [C; N],
-    pub minus: [C; N],
+pub(crate) struct Whirl<const SHAPES: usize> {
+    pub plus: [C; SHAPES],
+    pub minus: [C; SHAPES],
 }
 
-impl<const N: usize> Whirl<N> {
+impl<const SHAPES: usize> Whirl<SHAPES> {
     pub fn zero() -> Self {
-        Self { plus: [C::default(); N], minus: [C::default(); N] }
+        Self { plus: [C::default(); SHAPES], minus: [C::default(); SHAPES] }
     }
 }
 
 /// Motion for a unit of unbalance (1 g·mm) in each plane, and for the forcings if there are any.
-pub(crate) struct Motion<const N: usize, const PLANES: usize> {
-    pub(super) planes: [Whirl<N>; PLANES],
-    pub(super) forced: Option<Whirl<N>>,
+pub(crate) struct Motion<const SHAPES: usize, const PLANES: usize> {
+    pub(super) planes: [Whirl<SHAPES>; PLANES],
+    pub(super) forced: Option<Whirl<SHAPES>>,
 }
 
-impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
+impl<const SHAPES: usize, const PLANES: usize> Motion<SHAPES, PLANES> {
     /// The forces in the place of the motion: `Fp`, while `Fm` is zero.
     #[inline(never)]
-    pub fn forces<const PROBES: usize>(model: &Model<N, PROBES, PLANES>, speed: f32) -> Self {
+    pub fn forces<const PROBES: usize>(model: &Model<SHAPES, PROBES, PLANES>, speed: f32) -> Self {
         let square = speed * speed;
         let planes = array::from_fn(|plane| match model.planes.get(plane) {
             Some(shape) => Whirl { plus: shape.data.0[0].map(|x| C::new(x * square, 0.0)), ..Whirl::zero() },

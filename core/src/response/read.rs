@@ -18,13 +18,13 @@ struct WhirlMotion<const PLANES: usize> {
 
 /// Once in flash, not once for each right-hand side.
 #[inline(never)]
-fn whirl_at<const N: usize>(shape: &Shape<N>, whirl: &Whirl<N>) -> [C; 2] {
+fn whirl_at<const SHAPES: usize>(shape: &Shape<SHAPES>, whirl: &Whirl<SHAPES>) -> [C; 2] {
     let ([plus], [minus]) = (&shape.forward.data.0, &shape.backward.data.0);
     [at(plus, &whirl.plus), at(minus, &whirl.minus)]
 }
 
 /// Not by `==` of nalgebra, which takes three times the code.
-fn is_same_place<const N: usize>(one: &Probe<N>, other: &Probe<N>) -> bool {
+fn is_same_place<const SHAPES: usize>(one: &Probe<SHAPES>, other: &Probe<SHAPES>) -> bool {
     let [one_cells, other_cells] =
         [one, other].map(|probe| (&probe.shape.forward.data.0, &probe.shape.backward.data.0));
     one_cells == other_cells && one.mount == other.mount
@@ -32,8 +32,8 @@ fn is_same_place<const N: usize>(one: &Probe<N>, other: &Probe<N>) -> bool {
 
 impl<const PLANES: usize> WhirlMotion<PLANES> {
     #[inline]
-    fn new<const N: usize>(motion: &Motion<N, PLANES>, shape: &Shape<N>) -> Self {
-        let whirl = |whirl: &Whirl<N>| whirl_at(shape, whirl);
+    fn new<const SHAPES: usize>(motion: &Motion<SHAPES, PLANES>, shape: &Shape<SHAPES>) -> Self {
+        let whirl = |whirl: &Whirl<SHAPES>| whirl_at(shape, whirl);
         Self { planes: motion.planes.each_ref().map(whirl), forced: motion.forced.as_ref().map(whirl) }
     }
 
@@ -56,17 +56,17 @@ impl<const PLANES: usize> WhirlMotion<PLANES> {
     }
 }
 
-impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
+impl<const SHAPES: usize, const PLANES: usize> Motion<SHAPES, PLANES> {
     /// What the probes show of it, which may not be finite.
     #[inline(never)]
     pub fn read<const PROBES: usize>(
         &self,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         speed: f32,
         amplitudes: &SupportAmplitudes,
     ) -> Response<PROBES, PLANES> {
         // Probes come in pairs at one place.
-        let mut before: Option<(&Probe<N>, WhirlMotion<PLANES>)> = None;
+        let mut before: Option<(&Probe<SHAPES>, WhirlMotion<PLANES>)> = None;
         let shown = |number: usize| {
             let Some(probe) = model.probes.get(number) else {
                 return Linear { per_unbalance: [C::default(); PLANES], fixed: C::default() };
@@ -88,8 +88,8 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     #[inline]
     fn seen<const PROBES: usize>(
         &self,
-        model: &Model<N, PROBES, PLANES>,
-        probe: &Probe<N>,
+        model: &Model<SHAPES, PROBES, PLANES>,
+        probe: &Probe<SHAPES>,
         speed: f32,
         SupportAmplitudes(amplitudes): &SupportAmplitudes,
     ) -> WhirlMotion<PLANES> {
@@ -108,7 +108,7 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     #[inline(never)]
     pub fn support_amplitudes<const PROBES: usize>(
         &self,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         unbalance_g_mm: &[Pair],
     ) -> SupportAmplitudes {
         let mut amplitudes = SupportAmplitudes::default();

@@ -7,7 +7,7 @@ use super::motion::Motion;
 use super::{ResponseError, SupportAmplitudes};
 use crate::model::Model;
 
-impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
+impl<const SHAPES: usize, const PLANES: usize> Motion<SHAPES, PLANES> {
     /// Turns forces into motion.
     ///
     /// Errors: [`ResponseError::Singular`].
@@ -15,7 +15,7 @@ impl<const N: usize, const PLANES: usize> Motion<N, PLANES> {
     #[inline(never)]
     pub fn solve<const PROBES: usize>(
         &mut self,
-        model: &Model<N, PROBES, PLANES>,
+        model: &Model<SHAPES, PROBES, PLANES>,
         speed: f32,
         amplitudes: &SupportAmplitudes,
     ) -> Result<(), ResponseError> {

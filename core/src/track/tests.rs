@@ -8,8 +8,8 @@ const SPEED_RPM: f32 = 9000.0;
 const GROWTH: f32 = 1.2;
 
 /// What the model itself would show, with the amplitudes at hardening supports iterated to rest.
-fn shown<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
+fn shown<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<SHAPES, PROBES, PLANES>,
     unbalance: &[Pair],
 ) -> Reading {
     let speed = crate::reading::rad_s(SPEED_RPM);
@@ -24,8 +24,8 @@ fn shown<const N: usize, const PROBES: usize, const PLANES: usize>(
     Reading::new(SPEED_RPM, &vectors).unwrap()
 }
 
-fn follow<const N: usize, const PROBES: usize, const PLANES: usize>(
-    model: &Model<N, PROBES, PLANES>,
+fn follow<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
+    model: &Model<SHAPES, PROBES, PLANES>,
     reading: &Reading,
 ) -> Result<Estimate, TrackError> {
     update(&mut Tracker::new(model), model, reading, GROWTH)
@@ -40,9 +40,9 @@ fn grown<const PLANES: usize>(tracker: &Tracker<PLANES>, growth: f32) -> [f32; M
     bounds
 }
 
-fn update<const N: usize, const PROBES: usize, const PLANES: usize>(
+fn update<const SHAPES: usize, const PROBES: usize, const PLANES: usize>(
     tracker: &mut Tracker<PLANES>,
-    model: &Model<N, PROBES, PLANES>,
+    model: &Model<SHAPES, PROBES, PLANES>,
     reading: &Reading,
     growth: f32,
 ) -> Result<Estimate, TrackError> {

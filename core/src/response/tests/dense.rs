@@ -16,15 +16,15 @@ use crate::model::{
 use crate::testing::Random;
 
 type Z = Complex<f64>;
-const N: usize = 6;
-type Place = SVector<f64, N>;
-type Edge = Model<N, 8, 4>;
+const SHAPES: usize = 6;
+type Place = SVector<f64, SHAPES>;
+type Edge = Model<SHAPES, 8, 4>;
 
 /// A machine in matrices, whose numbers are all of f32, and the terms of its model. Their shapes are those of the lists
 /// beside them, in the same order.
 #[derive(Clone)]
 struct Machine {
-    shaft: Matrices<N>,
+    shaft: Matrices<SHAPES>,
     planes: Vec<Place>,
     supports: Vec<Place>,
     forcings: Vec<Place>,
@@ -65,7 +65,7 @@ fn matrix(cells: &[[f32; 2]; 2]) -> Matrix2<f64> {
 /// Bearing and pedestal of a support at a speed.
 fn stiffness(
     model: &Edge,
-    support: &Support<N>,
+    support: &Support<SHAPES>,
     amplitude: [f32; 2],
     speed: f64,
 ) -> (Matrix2<Z>, Option<Matrix2<Z>>) {
@@ -111,16 +111,16 @@ fn dense(machine: &Machine, amplitudes: &SupportAmplitudes, speed: f64) -> Vec<V
     let mut system = SMatrix::<Z, 12, 12>::zeros();
     let model = &machine.terms;
     let eta = f64::from(model.internal_damping_s);
-    for i in 0..N {
-        for j in 0..N {
+    for i in 0..SHAPES {
+        for j in 0..SHAPES {
             let Matrices { stiffness, mass, polar_inertia } = &machine.shaft;
             let [k, m, g] = [stiffness, mass, polar_inertia].map(|a| a[(i, j)]);
             let direct = Z::new(k - square * m, speed * eta * k);
             let cross = Z::new(speed * eta * k, square * g);
             system[(i, j)] = direct;
-            system[(N + i, N + j)] = direct;
-            system[(i, N + j)] = cross;
-            system[(N + i, j)] = -cross;
+            system[(SHAPES + i, SHAPES + j)] = direct;
+            system[(i, SHAPES + j)] = cross;
+            system[(SHAPES + i, j)] = -cross;
         }
     }
     let mut housings = Vec::new();
@@ -134,9 +134,9 @@ fn dense(machine: &Machine, amplitudes: &SupportAmplitudes, speed: f64) -> Vec<V
         housings.push(through);
         for a in 0..2 {
             for b in 0..2 {
-                for i in 0..N {
-                    for j in 0..N {
-                        system[(a * N + i, b * N + j)] += whole[(a, b)] * (place[i] * place[j]);
+                for i in 0..SHAPES {
+                    for j in 0..SHAPES {
+                        system[(a * SHAPES + i, b * SHAPES + j)] += whole[(a, b)] * (place[i] * place[j]);
                     }
                 }
             }
@@ -145,9 +145,9 @@ fn dense(machine: &Machine, amplitudes: &SupportAmplitudes, speed: f64) -> Vec<V
     let sides = machine.planes.len() + 1;
     let mut forces = SMatrix::<Z, 12, 5>::zeros();
     let mut push = |side: usize, shape: &Place, force: Z| {
-        for i in 0..N {
+        for i in 0..SHAPES {
             forces[(i, side)] += force * shape[i];
-            forces[(N + i, side)] += force * shape[i] * Z::new(0.0, -1.0);
+            forces[(SHAPES + i, side)] += force * shape[i] * Z::new(0.0, -1.0);
         }
     };
     for (side, plane) in machine.planes.iter().enumerate() {
@@ -159,10 +159,11 @@ fn dense(machine: &Machine, amplitudes: &SupportAmplitudes, speed: f64) -> Vec<V
     }
     let motion = system.lu().solve(&forces).unwrap();
     let at = |shape: &Place, side: usize| {
-        let along = |half: usize| (0..N).map(|i| motion[(half * N + i, side)] * shape[i]).sum::<Z>();
+        let along =
+            |half: usize| (0..SHAPES).map(|i| motion[(half * SHAPES + i, side)] * shape[i]).sum::<Z>();
         Vector2::new(along(0), along(1))
     };
-    let probe = |probe: &Probe<N>, place: &Place, side: usize| {
+    let probe = |probe: &Probe<SHAPES>, place: &Place, side: usize| {
         let mut seen = at(place, side);
         if let Some(mount) = probe.mount.map(usize::from) {
             seen -= housings[mount].unwrap() * at(&machine.supports[mount], side);
@@ -170,8 +171,8 @@ fn dense(machine: &Machine, amplitudes: &SupportAmplitudes, speed: f64) -> Vec<V
         let [cos, sin] = probe.direction.map(f64::from);
         (seen.x * cos + seen.y * sin) * z(probe.gain[0], probe.gain[1])
     };
-    let runout = |p: &Probe<N>| z(p.runout_um[0], p.runout_um[1]);
-    let row = |(p, place): (&Probe<N>, &Place)| {
+    let runout = |p: &Probe<SHAPES>| z(p.runout_um[0], p.runout_um[1]);
+    let row = |(p, place): (&Probe<SHAPES>, &Place)| {
         let mut row: Vec<Z> = (0..sides).map(|side| probe(p, place, side)).collect();
         row[sides - 1] += runout(p);
         row
@@ -181,9 +182,10 @@ fn dense(machine: &Machine, amplitudes: &SupportAmplitudes, speed: f64) -> Vec<V
 
 /// A shaft with two rigid and four bending shapes, and terms of every kind.
 fn machine(random: &mut Random) -> Machine {
-    let coupled = |random: &mut Random, diagonal: [f32; N], part: f32| {
-        let mut matrix = SMatrix::<f64, N, N>::from_diagonal(&SVector::from(diagonal.map(f64::from)));
-        for i in 0..N {
+    let coupled = |random: &mut Random, diagonal: [f32; SHAPES], part: f32| {
+        let mut matrix =
+            SMatrix::<f64, SHAPES, SHAPES>::from_diagonal(&SVector::from(diagonal.map(f64::from)));
+        for i in 0..SHAPES {
             for j in 0..i {
                 let scale = (diagonal[i].abs() * diagonal[j].abs()).sqrt();
                 matrix[(i, j)] = f64::from(part * random.signed() * scale);
@@ -192,13 +194,13 @@ fn machine(random: &mut Random) -> Machine {
         }
         matrix
     };
-    let mass: [f32; N] = core::array::from_fn(|_| random.log_between(5.0, 50.0));
+    let mass: [f32; SHAPES] = core::array::from_fn(|_| random.log_between(5.0, 50.0));
     // Bending from 60 to 600 Hz; the first two shapes are rigid.
-    let bending: [f32; N] = core::array::from_fn(|i| match i {
+    let bending: [f32; SHAPES] = core::array::from_fn(|i| match i {
         0 | 1 => 0.0,
         _ => mass[i] * random.log_between(400.0, 4000.0).powi(2),
     });
-    let inertia: [f32; N] = core::array::from_fn(|i| mass[i] * random.between(0.0, 0.3));
+    let inertia: [f32; SHAPES] = core::array::from_fn(|i| mass[i] * random.between(0.0, 0.3));
     let place = |random: &mut Random| Place::from_fn(|_, _| f64::from(random.signed()));
     // Overwritten when the model is deployed.
     let blank = Shape { forward: SVector::zeros(), backward: SVector::zeros() };
@@ -216,7 +218,7 @@ fn machine(random: &mut Random) -> Machine {
         })
         .collect();
     let chance = |random: &mut Random, part: f32| random.between(0.0, 1.0) < part;
-    let supports: heapless::Vec<Support<N>, MAX_SUPPORTS> = (0..2 + random.between(0.0, 3.0) as usize)
+    let supports: heapless::Vec<Support<SHAPES>, MAX_SUPPORTS> = (0..2 + random.between(0.0, 3.0) as usize)
         .map(|number| {
             let k = random.log_between(1e6, 3e8);
             let cross = if chance(random, 0.6) { k * random.between(-0.8, 0.8) } else { 0.0 };
@@ -246,7 +248,7 @@ fn machine(random: &mut Random) -> Machine {
             }
         })
         .collect();
-    let probes: heapless::Vec<Probe<N>, 8> = (0..1 + random.between(0.0, 8.0) as usize)
+    let probes: heapless::Vec<Probe<SHAPES>, 8> = (0..1 + random.between(0.0, 8.0) as usize)
         .map(|number| {
             let angle = random.between(-4.0, 4.0);
             let mount = random.between(0.0, 2.0) as u8;
@@ -260,14 +262,14 @@ fn machine(random: &mut Random) -> Machine {
         })
         .collect();
     let planes: Vec<Place> = (0..1 + random.between(0.0, 4.0) as usize).map(|_| place(random)).collect();
-    let forcings: heapless::Vec<Forcing<N>, MAX_FORCINGS> = (0..random.between(0.0, 3.0) as usize)
+    let forcings: heapless::Vec<Forcing<SHAPES>, MAX_FORCINGS> = (0..random.between(0.0, 3.0) as usize)
         .map(|number| Forcing {
             shape: blank.forward,
             amplitude: [1e3 * random.signed(), 1e3 * random.signed()],
             law: if number == 0 { ForcingLaw::SpeedSquared } else { ForcingLaw::Constant },
         })
         .collect();
-    let spring = |support: &Support<N>| {
+    let spring = |support: &Support<SHAPES>| {
         let [[kxx, _], [_, kyy]] = support.stiffness_n_m;
         f64::from(0.5 * (kxx + kyy))
     };
@@ -335,7 +337,7 @@ fn nudged(machine: &Machine, random: &mut Random) -> Machine {
     };
     let Matrices { stiffness, mass, polar_inertia } = &mut other.shaft;
     for matrix in [stiffness, mass, polar_inertia] {
-        for i in 0..N {
+        for i in 0..SHAPES {
             for j in 0..=i {
                 nudge(&mut matrix[(i, j)]);
                 matrix[(j, i)] = matrix[(i, j)];
