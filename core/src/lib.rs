@@ -86,6 +86,7 @@ pub mod fit;
 mod linear;
 pub mod memory;
 pub mod model;
+mod model_error;
 pub mod monitor;
 #[cfg(feature = "can")]
 pub mod node;

@@ -8,7 +8,6 @@
 
 mod codec;
 mod description;
-mod error;
 mod modes;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -16,9 +15,9 @@ pub(crate) mod tests;
 use heapless::Vec;
 use nalgebra::SVector;
 
+pub use crate::model_error::ModelError;
 use crate::reading::ProbeVector;
 pub use description::Description;
-pub use error::ModelError;
 pub use modes::{Matrices, Modes, ModesError, Shaft, Shape, Spring};
 
 /// Version of the deployed format. It rises whenever a field is added, removed or changes its meaning.

@@ -9,7 +9,7 @@ use heapless::Vec;
 use nalgebra::{ArrayStorage, SVector};
 
 use crate::checksum::{self, Digest};
-use crate::model::ModelError;
+use crate::model_error::ModelError;
 
 /// A value with an encoding.
 pub(crate) trait Packed {
@@ -29,7 +29,7 @@ macro_rules! packed {
     ($type:ty $(where [$($generic:tt)*])? { $($field:ident),* $(,)? } $(, too many: $too_many:expr)?) => {
         impl $(<$($generic)*>)? crate::packed::Packed for $type {
             const EMPTY: Self = Self { $($field: crate::packed::Packed::EMPTY),* };
-            $(const TOO_MANY: crate::model::ModelError = $too_many;)?
+            $(const TOO_MANY: crate::model_error::ModelError = $too_many;)?
 
             fn write(&self, to: &mut impl crate::packed::Sink) {
                 $(self.$field.write(to);)*

@@ -143,7 +143,7 @@ impl<'a> BaseModel<'a> {
         let many = REFINED.min(possible.len());
         let (screened, possible) = self.screened(possible);
         progress.plan(possible.len() + many);
-        let part = Screening::beside(self)?;
+        let part = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)?;
         let attempt = |a| {
             let tried = match &part {
                 Some(part) => self.looked_at(a, part),
@@ -205,7 +205,7 @@ impl<'a> BaseModel<'a> {
 
     /// A candidate sought on a part of the readings, and fitted to all from there.
     fn looked_at(&self, placed: PlacedEffect, part: &Screening) -> Result<CandidateFit, Error> {
-        let x = part.best(self, placed, &self.starts(placed))?;
+        let x = part.best(&self.hypothesis.with(placed), &self.starts(placed))?;
         self.tried(placed, &[x], Effort::Rough)
     }
 

@@ -4,11 +4,10 @@
 //! nearly the same of where its parameters are. So they are sought on a part of the readings that holds every run; from there the
 //! fit to all takes a few steps.
 
-use super::base::BaseModel;
 use crate::error::Error;
 use crate::fit::data::{Amplitudes, FitRow};
-use crate::fit::hypothesis::PlacedEffect;
-use crate::fit::{Drawing, Effort, Fitter};
+use crate::fit::hypothesis::Hypothesis;
+use crate::fit::{Drawing, Effort, Fit, Fitter};
 
 /// Readings that are enough to look at: 30 speeds of four runs. With fewer twice of these all are taken.
 const ENOUGH: usize = 120;
@@ -23,37 +22,29 @@ pub struct Screening<'a> {
 }
 
 impl<'a> Screening<'a> {
-    /// Beside a model; `None` if there are so few readings that all are looked at.
+    /// Beside the fit of a model; `None` if there are so few readings that all are looked at.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn beside(base: &BaseModel<'a>) -> Result<Option<Self>, Error> {
-        let chosen = chosen(&base.fitter.data.rows);
-        if 2 * chosen.len() > base.fitter.data.rows.len() {
+    pub fn beside(all: &Fitter<'a>, model: &Hypothesis, fit: &Fit) -> Result<Option<Self>, Error> {
+        let chosen = chosen(&all.data.rows);
+        if 2 * chosen.len() > all.data.rows.len() {
             return Ok(None);
         }
-        let fitter = base.fitter.part(&chosen);
-        let (_, fit) = &base.search;
+        let fitter = all.part(&chosen);
         let amplitudes: Amplitudes = chosen.iter().map(|r| fit.amplitudes[*r].clone()).collect();
         let (start, exact) = ([fit.x.clone()], fitter.exact_drawing());
-        let there = fitter.fit(&base.hypothesis, &start, &exact, Effort::Linear, Some(&amplitudes))?;
-        let drawing = fitter.around_the_stated(&base.hypothesis, &there)?;
+        let there = fitter.fit(model, &start, &exact, Effort::Linear, Some(&amplitudes))?;
+        let drawing = fitter.around_the_stated(model, &there)?;
         Ok(Some(Self { fitter, drawing, amplitudes }))
     }
 
-    /// Where a candidate beside the model fits best, search coordinates, from these starts.
+    /// Where a model with a candidate fits best, search coordinates, from these starts.
     ///
     /// # Errors
     /// If the machine is singular from every start.
-    pub fn best(
-        &self,
-        base: &BaseModel,
-        placed: PlacedEffect,
-        starts: &[Vec<f64>],
-    ) -> Result<Vec<f64>, Error> {
-        let with = base.hypothesis.with(placed);
-        let found = self.fitter.fit(&with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))?;
-        Ok(found.x)
+    pub fn best(&self, with: &Hypothesis, starts: &[Vec<f64>]) -> Result<Vec<f64>, Error> {
+        Ok(self.fitter.fit(with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))?.x)
     }
 }
 

@@ -67,7 +67,7 @@ fn updated_receptances_equal_full_dynamic_stiffness_solution() {
 }
 
 #[test]
-fn response_next_to_a_critical_of_the_nominal_shaft_keeps_its_digits() {
+fn response_next_to_a_nominal_critical_keeps_its_digits() {
     let rotor = rotor("turbine");
     let model = Model::finite_elements(&rotor);
     let shaft = Shaft::unreduced(&rotor);
