@@ -31,7 +31,7 @@ pub enum ModelError {
     BasisSize = 10,
     /// The bytes are cut short, damaged (CRC-32) or not a model.
     Encoding = 11,
-    /// The buffer for encoding is too small; see [`Model::max_size_bytes`](super::Model::max_size_bytes).
+    /// The buffer for encoding is too small; see [`Model::max_size_bytes`](crate::model::Model::max_size_bytes).
     Space = 12,
     /// A change of speed by a millionth moves the response by over a hundredth: rounding decides what it says.
     IllConditioned = 13,
@@ -46,7 +46,7 @@ pub enum ModelError {
     Noise = 17,
     /// A probe with a gain of zero, or a direction that is not of length one within 1 %.
     ProbeGain = 18,
-    /// A probe stands at a bearing beyond [`MAX_BEARINGS`](super::MAX_BEARINGS), which no message can name.
+    /// A probe stands at a bearing beyond [`MAX_BEARINGS`](crate::model::MAX_BEARINGS), which no message can name.
     Bearing = 19,
     /// Springs of the supports, the mean of x and y, that push the shaft away instead of holding it.
     NotHeld = 20,
