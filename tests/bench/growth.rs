@@ -20,8 +20,7 @@ fn read(folder: &Path, measured: &str) -> Result<(Rotor, Vec<Reading>)> {
     Ok((rotor, readings))
 }
 
-/// Readings at so many speeds of one run, by straight lines between those of the sample machine: each noise is new to none, so that
-/// the verdict stays.
+/// Readings at so many speeds of one run, by straight lines between the given ones: the misfit of the model stays as it is.
 fn denser(readings: &[Reading], count: usize) -> Vec<Reading> {
     let last = readings.len() - 1;
     (0..count)

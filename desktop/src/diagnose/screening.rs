@@ -9,7 +9,7 @@ use crate::fit::data::{Amplitudes, FitRow};
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fit, Fitter};
 
-/// Readings that are enough to look at: 30 speeds of four runs. With fewer twice of these all are taken.
+/// Readings that are enough for a first look: 30 speeds of four runs. Data with fewer than twice as many are taken whole.
 const ENOUGH: usize = 120;
 /// Readings of a run that are taken at least, where it has as many.
 const LEAST_OF_RUN: usize = 2;

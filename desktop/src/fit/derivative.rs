@@ -97,10 +97,9 @@ impl Problem<'_> {
 
     /// What a probe on a housing reads of it changes with bearing and pedestal, whatever the shaft does.
     fn add_housing_slopes(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
-        let none = |terms: &Terms| {
-            (0..terms.gains.len()).all(|probe| terms.mount(self.hypothesis.rotor, probe).is_none())
-        };
-        if up.supports == down.supports || none(up) {
+        let rotor = self.hypothesis.rotor;
+        let on_ground = (0..rotor.probe.len()).all(|probe| up.mount(rotor, probe).is_none());
+        if up.supports == down.supports || on_ground {
             return;
         }
         let mut at = 0;

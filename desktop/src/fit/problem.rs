@@ -5,7 +5,6 @@
 //! parameters are outside, where Levenberg–Marquardt moves them. Derivatives are exact: see
 //! `derivative`.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -14,6 +13,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::centreline;
 use super::data::{Amplitudes, Data};
 use super::descent::{Objective, Stop, descend};
+use super::force_columns::{ForceColumns, forces_in_use};
 use super::hypothesis::Hypothesis;
 use super::projection::LinearSolution;
 use super::row_groups::RowGroups;
@@ -43,16 +43,12 @@ pub struct Problem<'a> {
     /// As drawn, of each speed, in the forces.
     receptances: Vec<Receptances>,
     /// As drawn, of each row.
-    columns: Vec<ForceColumns>,
+    pub(super) columns: Vec<ForceColumns>,
     pub(super) amplitudes: Option<Amplitudes>,
     whitening: &'a Whitening,
     x: DVector<f64>,
     now: Option<Evaluation>,
 }
-
-/// What a row's unknowns act by, in turn, and after them its known trial weights: each a sum of forces, known by their number in
-/// [`Problem::forces`], with factors.
-pub type ForceColumns = Vec<Vec<(usize, C)>>;
 
 #[derive(Debug, Clone, Copy)]
 pub enum Column {
@@ -166,48 +162,6 @@ impl<'a> Problem<'a> {
         self.data.rows[row].speed_rad_s * terms.speed_factor
     }
 
-    /// Force columns of a row at its true speed.
-    fn columns_of(&self, row: usize, speed_rad_s: f64) -> ForceColumns {
-        let row = &self.data.rows[row];
-        let w2 = speed_rad_s * speed_rad_s;
-        let number = |force: Force| {
-            let column = self.plant.column(force);
-            self.forces.iter().position(|f| *f == column).expect("forces_in_use lists every force of a row")
-        };
-        let unknown = |column: &Column| match column {
-            Column::Force { force, law, per_unit } => {
-                let share = if let Force::Pattern(pattern) = force { row.share_of(*pattern) } else { 1.0 };
-                vec![(number(*force), C::from(per_unit * share * law.factor(speed_rad_s)))]
-            }
-            Column::Runout { .. } => Vec::new(),
-        };
-        let weight = |(z, u): &(f64, C)| (number(Force::UnbalanceAt(*z)), u * w2);
-        let known = row.added.iter().map(weight).collect();
-        self.unknowns.iter().map(unknown).chain([known]).collect()
-    }
-
-    fn columns(&self, terms: &Terms) -> Vec<ForceColumns> {
-        (0..self.data.rows.len()).map(|row| self.columns_of(row, self.speed_rad_s(terms, row))).collect()
-    }
-
-    /// The force columns of every row at its true speed.
-    fn columns_at(&self, terms: &Terms) -> Cow<'_, [ForceColumns]> {
-        if terms.speed_factor == 1.0 { (&self.columns).into() } else { self.columns(terms).into() }
-    }
-
-    /// Size of each force in every row, for these unknowns.
-    pub(super) fn sizes(&self, terms: &Terms, unknowns: &[C]) -> Vec<Vec<C>> {
-        let known = C::from(1.0);
-        let of_row = |columns: &ForceColumns| {
-            let mut sizes = vec![C::from(0.0); self.forces.len()];
-            for (column, amount) in columns.iter().zip(unknowns.iter().chain([&known])) {
-                column.iter().for_each(|(force, factor)| sizes[*force] += factor * amount);
-            }
-            sizes
-        };
-        self.columns_at(terms).iter().map(of_row).collect()
-    }
-
     fn receptances(&self, terms: &Terms) -> Vec<Receptances> {
         self.at_speed.first.iter().map(|row| self.receptances_of(*row, terms)).collect()
     }
@@ -302,23 +256,6 @@ impl<'a> Problem<'a> {
         let motion = sizes.iter().enumerate().map(moved).collect();
         Some(Evaluation { motion, sizes, solved, responses, terms })
     }
-}
-
-/// Numbers of the plant's forces by which unknowns and trial weights act.
-fn forces_in_use(plant: &ModalShaft, unknowns: &[Column], data: &Data) -> Vec<usize> {
-    let by_unknown = |column: &Column| match column {
-        Column::Force { force, .. } => Some(*force),
-        Column::Runout { .. } => None,
-    };
-    let weights = data.rows.iter().flat_map(|row| &row.added).map(|(z, _)| Force::UnbalanceAt(*z));
-    let mut numbers = Vec::new();
-    for force in unknowns.iter().filter_map(by_unknown).chain(weights) {
-        let number = plant.column(force);
-        if !numbers.contains(&number) {
-            numbers.push(number);
-        }
-    }
-    numbers
 }
 
 impl Problem<'_> {

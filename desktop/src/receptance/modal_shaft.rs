@@ -178,8 +178,8 @@ impl LoadedShaft for OffsetShaft<'_> {
 }
 
 impl ModalShaft {
-    /// Solves the shaft of a rotor on springs of about `nominal_n_m` at its bearings, such that these speeds keep clear of its
-    /// critical speeds. The rotor may differ from the drawing that `shaft` was made of in its segments and disks, and by
+    /// Solves the shaft of a rotor on springs at its bearings, `nominal_n_m` or the first softer or stiffer ones that keep these
+    /// speeds clear of its critical speeds; where none does, as with many speeds, those that keep them farthest. The rotor may differ from the drawing that `shaft` was made of in its segments and disks, and by
     /// `offsets` in its positions.
     ///
     /// # Errors
