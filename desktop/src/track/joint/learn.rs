@@ -23,6 +23,9 @@ const ROUGH_NATS: f64 = 1.0;
 const FINE_NATS: f64 = 0.1;
 /// Most rounds of a run.
 const MOST_ROUNDS: usize = 300;
+/// Extrapolations in a row without a new highest likelihood that end a run. Where an event is still missing, the
+/// states at which readings are linearised jump about, and more rounds find nothing.
+const PATIENCE: usize = 6;
 /// Typical number of rounds; only for the progress.
 const TYPICAL_ROUNDS: usize = 60;
 /// Loss of likelihood, in nats, that rejects an extrapolation.
@@ -61,6 +64,8 @@ impl<'a> Learning<'a> {
     ) -> Option<()> {
         let tolerance = if until == Until::Rough { ROUGH_NATS } else { FINE_NATS };
         let mut last = f64::NEG_INFINITY;
+        let mut best = (f64::NEG_INFINITY, motion.clone(), linearised_at.clone());
+        let mut since_best = 0;
         self.gave_up = false;
         for _ in 0..MOST_ROUNDS / 3 {
             let (_, first, states) = self.round(problem, motion, changes, linearised_at)?;
@@ -82,8 +87,19 @@ impl<'a> Learning<'a> {
                 return Some(());
             }
             last = now;
+            since_best += 1;
+            if now > best.0 + tolerance {
+                since_best = 0;
+            }
+            if now > best.0 {
+                best = (now, motion.clone(), linearised_at.clone());
+            }
+            if since_best == PATIENCE {
+                break;
+            }
         }
         self.gave_up = true;
+        (_, *motion, *linearised_at) = best;
         Some(())
     }
 

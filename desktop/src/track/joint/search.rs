@@ -24,6 +24,8 @@ const MOST_EVENTS: usize = 6;
 const IN_A_ROW: usize = 3;
 /// Scopes less probable than this relative to the best are ignored.
 const NEGLIGIBLE: f64 = 1e-3;
+/// Most selections of all events in turn.
+const SELECTIONS: usize = 3;
 /// Most relocations of an event.
 const MOVES: usize = 5;
 /// All bearings and the unbalance may have changed: covers any event whose scope is not yet known.
@@ -162,7 +164,7 @@ impl JointProblem {
         self.learn_from(history, learning, Until::Rough)?;
         let most = history.events.len() + MOST_EVENTS;
         loop {
-            self.select_events(history)?;
+            self.settle_selection(history)?;
             self.learn_from(history, learning, Until::Rough)?;
             let missed = self.missed(history)?;
             let Some((missed, epochs)) = missed.filter(|_| history.events.len() < most) else {
@@ -228,6 +230,19 @@ impl JointProblem {
         all.into_par_iter().map(one).collect()
     }
 
+    /// Selects events until each is selected beside all the others: one that was selected beside an event now moved or
+    /// dropped may have stood for that.
+    fn settle_selection(&self, history: &mut EventHistory) -> Option<()> {
+        for _ in 0..SELECTIONS {
+            let before = history.changes();
+            self.select_events(history)?;
+            if history.events.len() < 2 || history.changes() == before {
+                break;
+            }
+        }
+        Some(())
+    }
+
     /// Selects epoch and scope of each event in turn; drops events with too little evidence.
     fn select_events(&self, history: &mut EventHistory) -> Option<()> {
         let mut i = 0;
@@ -258,7 +273,7 @@ impl JointProblem {
             let likelihoods: Vec<(Scope, f64)> = all.iter().map(|(s, w)| (*s, w.0.log_likelihood)).collect();
             let (scope, with) =
                 all.into_iter().max_by(|a, b| a.1.0.log_likelihood.total_cmp(&b.1.0.log_likelihood))?;
-            let without = self.converge(&history.motion, &others, &history.linearised_at, false)?;
+            let without = self.without_event(history, &others, &with.1)?;
             let reached = with.0.log_likelihood;
             let evidence = scan.evidence(reached - without.0.log_likelihood, self.epochs.len());
             if !is_enough(evidence) {
@@ -284,6 +299,20 @@ impl JointProblem {
             i += 1;
         }
         Some(())
+    }
+
+    /// The record without an event, of two starts: as it is now, and as the event leaves it. A worse optimum would count
+    /// for the event.
+    fn without_event(
+        &self,
+        history: &EventHistory,
+        others: &[EventAt],
+        with: &[DVector<f64>],
+    ) -> Option<ConvergedPass> {
+        let starts = [&history.linearised_at[..], with].into_par_iter();
+        let all: Vec<ConvergedPass> =
+            starts.map(|from| self.converge(&history.motion, others, from, false)).collect::<Option<_>>()?;
+        all.into_iter().max_by(|a, b| a.0.log_likelihood.total_cmp(&b.0.log_likelihood))
     }
 
     /// First linearisation points for an event of this scope at an epoch. An event elsewhere starts from the bearings and
