@@ -54,7 +54,7 @@ pub struct Comparison {
     /// Structure of the residual over speed.
     pub neighbours: Neighbours,
     pub verdict: Adequacy,
-    /// Probability that nothing is missing, where every known effect was weighed against it.
+    /// Probability that nothing is missing, where that was weighed; an upper bound where it is below one in a million.
     pub nothing_missing: Option<f64>,
     /// Every forward whirl appears backward: probes swapped, or phases with the wrong sign.
     pub reversed: bool,

@@ -12,6 +12,8 @@ use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
 
 /// Candidates whose drawing errors are settled together with them.
 const REFINED: usize = 10;
+/// Candidates beside a set of effects that are fitted to all of many readings.
+const LIKELY: usize = 16;
 
 /// A candidate with its fit.
 pub struct CandidateFit {
@@ -19,6 +21,8 @@ pub struct CandidateFit {
     pub fit: Fit,
     /// For it over the model: twice the logarithm of the Bayes factor.
     pub evidence: f64,
+    /// The same in the search, whose noise and drawing all candidates share.
+    pub sought: f64,
     pub disqualified: Option<String>,
     /// The drawing's errors taken around this fit, where that was done.
     pub own_drawing: Option<Drawing>,
@@ -138,28 +142,69 @@ impl<'a> BaseModel<'a> {
 
     /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
     pub fn try_all(&self) -> Result<Vec<CandidateFit>, Error> {
-        let possible = self.possible();
-        let progress = &self.fitter.progress;
-        let many = REFINED.min(possible.len());
-        let (screened, possible) = self.screened(possible);
-        progress.plan(possible.len() + many);
-        let part = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)?;
-        let attempt = |a| {
-            let tried = match &part {
-                Some(part) => self.looked_at(a, part),
-                None => self.attempt(a),
-            };
-            progress.step();
-            tried.ok()
-        };
-        let mut tried: Vec<CandidateFit> = possible.into_par_iter().filter_map(attempt).collect();
-        tried.extend(screened);
+        self.refined(self.attempts(usize::MAX)?)
+    }
+
+    /// What may be worth adding to a model that has an effect already, strongest evidence first: of many readings, those candidates that
+    /// are worth most on a part of them, with noise and drawing errors of the best settled.
+    pub fn try_likely(&self) -> Result<Vec<CandidateFit>, Error> {
+        self.refined(self.attempts(LIKELY)?)
+    }
+
+    /// The same in noise and drawing of the search, which takes a tenth of the time where the drawing has tolerances: enough to choose
+    /// what is worth settling.
+    pub fn try_likely_unsettled(&self) -> Result<Vec<CandidateFit>, Error> {
+        let mut tried = self.attempts(LIKELY)?;
         strongest_first(&mut tried);
-        let many = many.min(tried.len());
+        let many = REFINED.min(tried.len());
+        // fits that stopped early can be far from what they are worth
+        let finished: Result<Vec<CandidateFit>, Error> = tried[..many]
+            .par_iter()
+            .map(|t| self.tried(t.placed, std::slice::from_ref(&t.fit.x), Effort::Search))
+            .collect();
+        tried.splice(..many, finished?);
+        strongest_first(&mut tried);
+        Ok(tried)
+    }
+
+    /// Fits of candidates; of many readings on a part first, and then of so many on all.
+    fn attempts(&self, many: usize) -> Result<Vec<CandidateFit>, Error> {
+        let (screened, possible) = self.screened(self.possible());
+        let progress = &self.fitter.progress;
+        progress.plan(possible.len());
+        let mut tried: Vec<CandidateFit> =
+            match Screening::beside(self.fitter, &self.hypothesis, &self.search)? {
+                None => {
+                    let told = possible.into_par_iter().inspect(|_| progress.step());
+                    told.filter_map(|a| self.attempt(a).ok()).collect()
+                }
+                Some(part) => {
+                    let look = |a: PlacedEffect| {
+                        let seen = part.best(&self.hypothesis.with(a), &self.starts(a));
+                        progress.step();
+                        seen.ok().map(|(x, evidence)| (a, x, evidence))
+                    };
+                    let mut seen: Vec<(PlacedEffect, Vec<f64>, f64)> =
+                        possible.into_par_iter().filter_map(look).collect();
+                    seen.sort_by(|a, b| b.2.total_cmp(&a.2));
+                    seen.truncate(many);
+                    let fit = |(a, x, _)| self.tried(a, &[x], Effort::Rough).ok();
+                    seen.into_par_iter().filter_map(fit).collect()
+                }
+            };
+        tried.extend(screened);
+        Ok(tried)
+    }
+
+    /// Candidates with the best of them refined, strongest evidence first.
+    fn refined(&self, mut tried: Vec<CandidateFit>) -> Result<Vec<CandidateFit>, Error> {
+        strongest_first(&mut tried);
+        let many = REFINED.min(tried.len());
+        self.fitter.progress.plan(many);
         let (refined, rest) = tried.split_at_mut(many);
         refined.par_iter_mut().try_for_each(|t| {
             self.refine(t)?;
-            progress.step();
+            self.fitter.progress.step();
             self.finish(t)
         })?;
         // behind those whose noise and drawing errors were settled
@@ -203,12 +248,6 @@ impl<'a> BaseModel<'a> {
         starts
     }
 
-    /// A candidate sought on a part of the readings, and fitted to all from there.
-    fn looked_at(&self, placed: PlacedEffect, part: &Screening) -> Result<CandidateFit, Error> {
-        let x = part.best(&self.hypothesis.with(placed), &self.starts(placed))?;
-        self.tried(placed, &[x], Effort::Rough)
-    }
-
     /// A candidate fitted from these starts.
     fn tried(
         &self,
@@ -222,7 +261,22 @@ impl<'a> BaseModel<'a> {
         let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing);
         let unknowns = fit.effect_unknowns - base.effect_unknowns;
         let evidence = self.fitter.sizes.evidence(under_own(base) - under_own(&fit), unknowns);
-        Ok(CandidateFit { placed, evidence, fit, disqualified: None, own_drawing: None })
+        Ok(CandidateFit { placed, evidence, sought: evidence, fit, disqualified: None, own_drawing: None })
+    }
+
+    /// A candidate fitted, its noise and drawing errors settled, with uncertainties.
+    pub fn refined_attempt(&self, placed: PlacedEffect) -> Result<CandidateFit, Error> {
+        let mut tried = self.attempt(placed)?;
+        self.refine(&mut tried)?;
+        self.finish(&mut tried)?;
+        Ok(tried)
+    }
+
+    /// Evidence for this model over another of the same file, in the search of each.
+    pub fn sought_over(&self, other: &Self) -> f64 {
+        let own = |base: &Self| self.fitter.cost_under_own_scatter(&base.search.1, &base.search.0);
+        let unknowns = self.search.1.effect_unknowns - other.search.1.effect_unknowns;
+        self.fitter.sizes.evidence(own(other) - own(self), unknowns)
     }
 
     /// Settles noise and drawing errors together with a candidate.

@@ -44,6 +44,25 @@ pub struct BestFit {
 /// # Errors
 /// If a probe is dead or clipped, phases are reversed, or the data are another machine's.
 pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
+    Ok(fit_and(rotor, readings, |_| Ok(()))?.0)
+}
+
+/// The same, and the probability that nothing is missing in the model: what [`super::diagnose`] goes by, without the words. Where bearings
+/// and planes alone use up what the data hold it is the prior, even odds; where something is missing beyond doubt, it can be too large,
+/// but is negligible.
+///
+/// # Errors
+/// As [`best_fit`].
+pub fn judged_fit(rotor: &Rotor, readings: &[Reading]) -> Result<(BestFit, f64), Error> {
+    fit_and(rotor, readings, |base| base.nothing_missing())
+}
+
+/// The fit, and something else that is asked of the fitted model.
+fn fit_and<T>(
+    rotor: &Rotor,
+    readings: &[Reading],
+    asked: impl FnOnce(&BaseModel) -> Result<T, Error>,
+) -> Result<(BestFit, T), Error> {
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
     checks::not_too_many(readings)?;
@@ -67,7 +86,8 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
     );
     let names = rotor.plane.iter().map(|p| p.name.as_str());
     let unbalance_kg_m = base.fit.unknowns[..planes].to_vec();
-    Ok(BestFit {
+    let answer = asked(&base)?;
+    let fit = BestFit {
         determined: PlaneUnbalances::new(names, &unbalance_kg_m, &unbalance_covariance),
         scatter: base.drawing.scatter(),
         rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
@@ -78,5 +98,6 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
         free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
         noise,
         remarks,
-    })
+    };
+    Ok((fit, answer))
 }

@@ -23,6 +23,8 @@ use crate::measurement::Reading;
 
 /// That nothing is missing, before there are data.
 const PRIOR: f64 = 0.5;
+/// A probability below which nobody asks for its size.
+const NEGLIGIBLE: f64 = 1e-6;
 
 /// Diagnoses a model against measurements.
 ///
@@ -217,7 +219,7 @@ impl BaseModel<'_> {
     pub fn weighed(&self) -> Result<ModelComparison, Error> {
         let tried = self.try_all()?;
         let unknown = UnknownCauseFit::beside(self)?;
-        let ranking = rank::rank(self, &tried, Some(unknown.evidence));
+        let ranking = rank::rank(self, &tried, tried.len(), Some(unknown.evidence));
         Ok(ModelComparison { tried, unknown, ranking })
     }
 
@@ -302,18 +304,30 @@ impl BaseModel<'_> {
     }
 }
 
-/// Probability that nothing is missing in a model: what [`diagnose`] goes by, without the words. Where bearings and planes
-/// alone use up what the data hold it is the prior, even odds.
+/// Probability that nothing is missing in a model, as [`super::judged_fit`] has it.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error> {
+fn nothing_missing(rotor: &Rotor, readings: &[Reading]) -> Result<f64, Error> {
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
-    let base = BaseModel::fit(&fitter)?;
-    if rank::saturation(&base).is_some() {
-        return Ok(PRIOR);
+    BaseModel::fit(&fitter)?.nothing_missing()
+}
+
+impl BaseModel<'_> {
+    /// Probability that nothing is missing; even odds where bearings and planes alone use up what the data hold.
+    pub fn nothing_missing(&self) -> Result<f64, Error> {
+        if rank::saturation(self).is_some() {
+            return Ok(PRIOR);
+        }
+        // an unknown cause alone often rules it out, before any candidate is fitted
+        let unknown = UnknownCauseFit::beside(self)?;
+        let at_most = rank::rank(self, &[], 0, Some(unknown.evidence)).nothing_missing;
+        if at_most < NEGLIGIBLE {
+            return Ok(at_most);
+        }
+        let tried = self.try_all()?;
+        Ok(rank::rank(self, &tried, tried.len(), Some(unknown.evidence)).nothing_missing)
     }
-    Ok(base.weighed()?.ranking.nothing_missing)
 }

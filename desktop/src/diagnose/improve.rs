@@ -2,7 +2,9 @@
 
 use super::answer::{Candidate, DiagnosisVerdict, SURE};
 use super::as_file::as_file;
-use super::base::{BaseModel, same};
+use rayon::prelude::*;
+
+use super::base::{BaseModel, CandidateFit, same};
 use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine};
 use super::planes::PlaneUnbalances;
 use super::rank::explains;
@@ -74,9 +76,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
         return Err(Error::EffectNotAddable { effect: placed.label(rotor), why: why.into() });
     }
-    let mut tried = base.attempt(placed)?;
-    base.refine(&mut tried)?;
-    base.finish(&mut tried)?;
+    let tried = base.refined_attempt(placed)?;
     checks::this_machine(rotor, base.relative_error(&tried.fit).min(base.relative_error(base.closest())))?;
     let with = base.hypothesis.with(placed);
     Ok(Improvement {
@@ -144,7 +144,7 @@ pub fn improve_telling(
     rotor: &Rotor,
     readings: &[Reading],
     told: ProgressListener,
-    mut progress: impl FnMut(&ImprovementStep),
+    progress: impl FnMut(&ImprovementStep),
 ) -> Result<ImprovementOutcome, Error> {
     let stated = rotor.as_stated();
     let noise = Noise::of(&stated, readings);
@@ -189,26 +189,9 @@ pub fn improve_telling(
         return Ok(outcome);
     };
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
-    let joint = parameters::of_each(&best.hypothesis, &best.fit);
     let changes = RunChange::beyond(&start, &best.hypothesis, &best.fit);
-    let mut left: Vec<usize> = (start.stated..best.hypothesis.effects.len()).collect();
-    while !left.is_empty() {
-        let set: Vec<PlacedEffect> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
-        let (k, better) = strongest(&outcome.rotor, readings, &set)?;
-        let index = left.remove(k);
-        let last = left.is_empty();
-        let step = ImprovementStep {
-            error_after: if last { best.relative_error(&best.fit) } else { better.error_after },
-            chi2_per_value: if last { best.fit.chi2_per_value() } else { better.chi2_per_value[1] },
-            group: if last { rivals.clone() } else { Vec::new() },
-            // what it would be without those still to come does not matter
-            added: Candidate { parameters: joint[index].clone(), disqualified: None, ..better.added },
-            rotor: better.rotor.clone(),
-        };
-        progress(&step);
-        outcome.steps.push(step);
-        outcome.rotor = better.rotor;
-    }
+    outcome.steps = in_order(start, tried, &best, rivals)?;
+    outcome.steps.iter().for_each(progress);
     outcome.rotor = fitter.corrected(as_file(&best.hypothesis, &best.fit), &best.fit, &best.drawing);
     let now = diagnose(&outcome.rotor, readings)?;
     (outcome.verdict, outcome.summary, outcome.candidates) = (now.verdict, now.summary, now.candidates);
@@ -221,18 +204,49 @@ pub fn improve_telling(
     Ok(outcome)
 }
 
-/// The effect of a set that explains most on top of a model.
-fn strongest(
-    rotor: &Rotor,
-    readings: &[Reading],
-    set: &[PlacedEffect],
-) -> Result<(usize, Improvement), Error> {
-    let mut best: Option<(usize, Improvement)> = None;
-    for (k, a) in set.iter().enumerate() {
-        let better = add(rotor, readings, a.effect.name(), a.place.name(rotor))?;
-        if best.as_ref().is_none_or(|(_, b)| better.chi2_per_value[1] < b.chi2_per_value[1]) {
-            best = Some((k, better));
+/// The effects of a set one after another from the model at the start, the one that explains most first; `tried` are those beside
+/// that model, `rivals` the sets that the data cannot tell from this one.
+fn in_order<'a>(
+    start: BaseModel<'a>,
+    tried: Vec<CandidateFit>,
+    best: &BaseModel<'a>,
+    rivals: Vec<String>,
+) -> Result<Vec<ImprovementStep>, Error> {
+    let joint = parameters::of_each(&best.hypothesis, &best.fit);
+    let mut left: Vec<usize> = (start.stated..best.hypothesis.effects.len()).collect();
+    let (mut base, mut tried) = (start, tried);
+    let mut steps = Vec::new();
+    loop {
+        // those that were refined beside the model at the start need no other fit
+        let placed: Vec<PlacedEffect> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
+        let mut refined = |a: &PlacedEffect| {
+            let k = tried.iter().position(|t| same(&t.placed, a) && t.own_drawing.is_some())?;
+            Some(tried.swap_remove(k))
+        };
+        let known: Vec<Option<CandidateFit>> = placed.iter().map(&mut refined).collect();
+        let fitted =
+            |(t, a): (Option<CandidateFit>, PlacedEffect)| t.map_or_else(|| base.refined_attempt(a), Ok);
+        let all: Vec<CandidateFit> =
+            known.into_par_iter().zip(placed).map(fitted).collect::<Result<_, Error>>()?;
+        let chi2 = |k: &usize| all[*k].fit.stated_chi2;
+        let k = (0..all.len()).min_by(|a, b| chi2(a).total_cmp(&chi2(b)));
+        let k = k.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))?;
+        let (t, index) = (&all[k], left.remove(k));
+        let last = left.is_empty();
+        let with = base.hypothesis.with(t.placed);
+        let candidate = base.candidate(t, f64::NAN, explains(&t.drawing(&base).scatter(), &base));
+        steps.push(ImprovementStep {
+            error_after: best.relative_error(if last { &best.fit } else { &t.fit }),
+            chi2_per_value: if last { best.fit.chi2_per_value() } else { t.fit.chi2_per_value() },
+            group: if last { rivals.clone() } else { Vec::new() },
+            // what it would be without those still to come does not matter
+            added: Candidate { parameters: joint[index].clone(), disqualified: None, ..candidate },
+            rotor: base.fitter.corrected(as_file(&with, &t.fit), &t.fit, t.drawing(&base)),
+        });
+        if last {
+            return Ok(steps);
         }
+        base = BaseModel::fit_base(base.fitter, with, base.stated, base.scaled_for_file(t))?;
+        tried.clear();
     }
-    best.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))
 }

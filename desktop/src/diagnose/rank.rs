@@ -35,10 +35,10 @@ pub struct Ranking {
 /// looking in many places is paid for, and a tenth for something that is not in the list. An effect without
 /// parameters, switched off in `[physics]`, is there on every real shaft, and the question is only whether it
 /// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::statistics::evidence`];
-/// `unknown` is that of an unknown cause.
-pub fn rank(base: &BaseModel, tried: &[CandidateFit], unknown: Option<f64>) -> Ranking {
+/// `unknown` is that of an unknown cause. `places` is how many candidates there are, those that were passed over included.
+pub fn rank(base: &BaseModel, tried: &[CandidateFit], places: usize, unknown: Option<f64>) -> Ranking {
     let allowed = |t: &&CandidateFit| t.disqualified.is_none();
-    let places = tried.len().max(1) as f64;
+    let places = places.max(1) as f64;
     let known = tried.iter().filter(allowed).map(|t| t.evidence);
     let top = known.chain(unknown).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();

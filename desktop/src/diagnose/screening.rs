@@ -18,6 +18,8 @@ const LEAST_OF_RUN: usize = 2;
 pub struct Screening<'a> {
     fitter: Fitter<'a>,
     drawing: Drawing,
+    /// The model on this part.
+    fit: Fit,
     amplitudes: Amplitudes,
 }
 
@@ -26,25 +28,33 @@ impl<'a> Screening<'a> {
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn beside(all: &Fitter<'a>, model: &Hypothesis, fit: &Fit) -> Result<Option<Self>, Error> {
+    pub fn beside(
+        all: &Fitter<'a>,
+        model: &Hypothesis,
+        (_, fit): &(Drawing, Fit),
+    ) -> Result<Option<Self>, Error> {
         let chosen = chosen(&all.data.rows);
         if 2 * chosen.len() > all.data.rows.len() {
             return Ok(None);
         }
         let fitter = all.part(&chosen);
         let amplitudes: Amplitudes = chosen.iter().map(|r| fit.amplitudes[*r].clone()).collect();
-        let (start, exact) = ([fit.x.clone()], fitter.exact_drawing());
-        let there = fitter.fit(model, &start, &exact, Effort::Linear, Some(&amplitudes))?;
-        let drawing = fitter.around_the_stated(model, &there)?;
-        Ok(Some(Self { fitter, drawing, amplitudes }))
+        let at = |drawing: &Drawing| {
+            fitter.fit(model, std::slice::from_ref(&fit.x), drawing, Effort::Linear, Some(&amplitudes))
+        };
+        let drawing = fitter.around_the_stated(model, &at(&fitter.exact_drawing())?)?;
+        let fit = at(&drawing)?;
+        Ok(Some(Self { fitter, drawing, fit, amplitudes }))
     }
 
-    /// Where a model with a candidate fits best, search coordinates, from these starts.
+    /// Where a model with a candidate fits best, search coordinates, from these starts, and the evidence for it on this part.
     ///
     /// # Errors
     /// If the machine is singular from every start.
-    pub fn best(&self, with: &Hypothesis, starts: &[Vec<f64>]) -> Result<Vec<f64>, Error> {
-        Ok(self.fitter.fit(with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))?.x)
+    pub fn best(&self, with: &Hypothesis, starts: &[Vec<f64>]) -> Result<(Vec<f64>, f64), Error> {
+        let fit = self.fitter.fit(with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))?;
+        let evidence = self.fitter.evidence(&self.fit, &fit);
+        Ok((fit.x, evidence))
     }
 }
 

@@ -22,6 +22,9 @@ pub struct SearchReach {
     pub effects: usize,
 }
 
+/// Larger sets that are settled before the best of them are followed, as a multiple of those.
+const SETTLED: usize = 2;
+
 /// A set of effects beside a model.
 pub struct EffectSet<'a> {
     /// The model with the effects of the set.
@@ -47,12 +50,13 @@ fn best_set<'a>(
     let Some(mut beam) = grown(base, &[(base, tried)], width)? else { return Ok(None) };
     let mut added = 1;
     while added < effects {
-        let mut tried = vec![beam.sets[0].try_all()?];
-        if rank(&beam.sets[0], &tried[0], None).nothing_missing >= SURE {
+        let mut tried = vec![beam.sets[0].try_likely()?];
+        let places = beam.sets[0].possible().len();
+        if rank(&beam.sets[0], &tried[0], places, None).nothing_missing >= SURE {
             break;
         }
         for set in &beam.sets[1..] {
-            tried.push(set.try_all()?);
+            tried.push(set.try_likely_unsettled()?);
         }
         let parents: Vec<(&BaseModel, &[CandidateFit])> =
             beam.sets.iter().zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
@@ -115,6 +119,40 @@ struct Beam<'a> {
     rivals: Vec<String>,
 }
 
+/// A set with its evidence over the model that all began from: the set it grew from, and what was added.
+type Child<'b, 'a> = (f64, &'b BaseModel<'a>, &'b CandidateFit);
+
+/// All sets with one effect more, best first.
+fn children<'b, 'a>(
+    start: &BaseModel<'a>,
+    parents: &[(&'b BaseModel<'a>, &'b [CandidateFit])],
+) -> Vec<Child<'b, 'a>> {
+    let allowed = |t: &&CandidateFit| t.disqualified.is_none();
+    let mut children: Vec<Child> = match parents {
+        [(base, all)] => all
+            .iter()
+            .filter(allowed)
+            .map(|t| (start.fitter.evidence(&start.fit, &t.fit), *base, t))
+            .collect(),
+        // of most of them only what they are worth in the search is known
+        _ => (parents.iter())
+            .map(|(base, all)| (base.sought_over(start), base, all))
+            .flat_map(|(sought, base, all)| {
+                all.iter().filter(allowed).map(move |t| (sought + t.sought, *base, t))
+            })
+            .collect(),
+    };
+    children.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut seen: Vec<Vec<String>> = Vec::new();
+    children.retain(|(_, base, t)| {
+        let set = labels(base, t);
+        let new = !seen.contains(&set);
+        seen.push(set);
+        new
+    });
+    children
+}
+
 /// The best sets with one effect more, by their evidence over the model that all began from.
 fn grown<'a>(
     start: &BaseModel<'a>,
@@ -122,35 +160,25 @@ fn grown<'a>(
     width: usize,
 ) -> Result<Option<Beam<'a>>, Error> {
     let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
-    let allowed = |t: &&CandidateFit| t.disqualified.is_none();
-    let mut children: Vec<(&BaseModel, &CandidateFit)> = (parents.iter())
-        .flat_map(|(base, all)| all.iter().filter(allowed).map(move |t| (*base, t)))
-        .collect();
-    children.sort_by(|a, b| evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit)));
-    let mut seen: Vec<Vec<String>> = Vec::new();
-    children.retain(|(base, t)| {
-        let set = labels(base, t);
-        let new = !seen.contains(&set);
-        seen.push(set);
-        new
-    });
-    let Some((_, best)) = children.first() else { return Ok(None) };
-    let near = evidence(&best.fit) + 2.0 * RIVAL.ln();
-    let equals: Vec<String> = (children.iter())
-        .filter(|(_, t)| evidence(&t.fit) > near)
-        .map(|(base, t)| labels(base, t).join(" + "))
+    let children = children(start, parents);
+    let Some((best, ..)) = children.first() else { return Ok(None) };
+    let near = best + 2.0 * RIVAL.ln();
+    let mut equals: Vec<String> = (children.iter())
+        .filter(|(evidence, ..)| *evidence > near)
+        .map(|(_, base, t)| labels(base, t).join(" + "))
         .collect();
     // a special case and what it is a case of lead the same way: together they count once
     let mut ways: Vec<Vec<String>> = Vec::new();
-    let followed = children.iter().take_while(|(base, t)| {
+    let settled_ways = if parents.len() > 1 { SETTLED * width } else { width };
+    let followed = children.iter().take_while(|(_, base, t)| {
         let way = labels_of(base, t, |a| a.general_label(base.fitter.rotor));
         if !ways.contains(&way) {
             ways.push(way);
         }
-        ways.len() <= width
+        ways.len() <= settled_ways
     });
     let many = followed.count();
-    let settle = |(base, t): &(&BaseModel<'a>, &CandidateFit)| {
+    let settle = |(_, base, t): &Child<'_, 'a>| {
         BaseModel::fit_base(base.fitter, base.hypothesis.with(t.placed), base.stated, base.scaled_for_file(t))
     };
     let settled = |child| {
@@ -161,8 +189,24 @@ fn grown<'a>(
     let mut kept = kept?;
     // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
     kept.sort_by(|a, b| a.0.cmp(&b.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
-    let sets = kept.into_iter().map(|(_, base)| base).collect();
+    let mut sets: Vec<BaseModel> = kept.into_iter().map(|(_, base)| base).collect();
+    if parents.len() > 1 {
+        // what was added to them was not refined, so that those count which were settled
+        let near = evidence(&sets[0].fit) + 2.0 * RIVAL.ln();
+        let rivals = sets.iter().filter(|base| evidence(&base.fit) > near);
+        equals = rivals.map(|base| effect_labels(base).join(" + ")).collect();
+        // special cases were settled beside what they are cases of, and count from here on like any other
+        sets.truncate(width);
+    }
     Ok(Some(Beam { sets, rivals: if equals.len() > 1 { equals } else { Vec::new() } }))
+}
+
+/// Labels of a base's effects, sorted.
+fn effect_labels(base: &BaseModel) -> Vec<String> {
+    let label = |a: &PlacedEffect| a.label(base.fitter.rotor);
+    let mut labels: Vec<String> = base.hypothesis.effects.iter().map(label).collect();
+    labels.sort();
+    labels
 }
 
 /// Labels of a base's effects and one more, sorted.

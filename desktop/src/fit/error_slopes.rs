@@ -217,9 +217,13 @@ impl<'a> Snapshot<'a> {
         match change {
             DrawingChange::Elements(all) => self.element_slopes(all),
             DrawingChange::Inertia { displacement, tilt, inertia: [mass, diametral, polar] } => each(&|p| {
+                // one of them alone is not zero
                 let whirl = |fields: &Fields, polar: f64| {
-                    let moved = fields.product(displacement, displacement, p) * *mass;
-                    moved + fields.product(tilt, tilt, p) * (diametral - polar)
+                    if *mass == 0.0 {
+                        fields.product(tilt, tilt, p) * (diametral - polar)
+                    } else {
+                        fields.product(displacement, displacement, p) * *mass
+                    }
                 };
                 (whirl(&self.forward, *polar) + whirl(&self.backward, -polar)) * w2
             }),

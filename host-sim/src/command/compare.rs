@@ -3,7 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::compare::Adequacy;
-use rotor_edge_desktop::diagnose::nothing_missing;
+use rotor_edge_desktop::diagnose::judged_fit;
 use rotor_edge_desktop::significance::percent;
 
 use super::diagnose::fitted::{self, Fitted};
@@ -25,9 +25,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let working = listener.spinner("fitting bearings and planes");
-    let mut fit = Fitted::new("model", &rotor, &readings)?;
-    let sure = nothing_missing(&rotor, &readings)?;
+    let (best, sure) = judged_fit(&rotor, &readings)?;
     working.finish_and_clear();
+    let mut fit = Fitted::of("model", &rotor, &readings, best);
     fit.model.comparison = fit.model.comparison.judged_by(sure);
     let (words, command) = next(arguments, fit.model.comparison.verdict, sure);
     let answer = ComparisonAnswer::of(&fit.model.comparison, &fit.best);

@@ -30,11 +30,15 @@ impl Fitted {
         rotor: &Rotor,
         readings: &[Reading],
     ) -> Result<Self, rotor_edge_desktop::Error> {
-        let best = best_fit(rotor, readings)?;
+        Ok(Self::of(label, rotor, readings, best_fit(rotor, readings)?))
+    }
+
+    /// With a model that was fitted.
+    pub fn of(label: impl Into<String>, rotor: &Rotor, readings: &[Reading], best: BestFit) -> Self {
         let comparison =
             Comparison::new(rotor, readings, &best.predicted_m, &best.noise, best.free_parameters);
         let prediction = Prediction { label: label.into(), predicted_m: best.predicted_m.clone() };
-        Ok(Self { model: ComparedModel { prediction, comparison }, best })
+        Self { model: ComparedModel { prediction, comparison }, best }
     }
 }
 
