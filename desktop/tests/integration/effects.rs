@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
 use rotor_edge_desktop::diagnose::{
-    Account, Candidate, Diagnosis, DiagnosisVerdict, best_fit, diagnose, improve,
+    Account, Candidate, Diagnosis, DiagnosisVerdict, best_fit, diagnose, improve, judged_fit,
 };
 use rotor_edge_desktop::machine::drawing::{ParameterValue, Rotor};
 use rotor_edge_desktop::measurement::Reading;
@@ -127,6 +127,19 @@ fn a_machine_that_hides_nothing_is_adequate() {
         let found = diagnose(&with(""), &measured(&shown(""), seed)).unwrap();
         assert_eq!(found.verdict, DiagnosisVerdict::Adequate, "{}", found.summary);
     }
+}
+
+#[test]
+fn judged_fit_agrees_with_diagnosis_or_bounds_it() {
+    let both = |effect: &str| {
+        let readings = measured(&shown(effect), 3);
+        let judged = judged_fit(&with(""), &readings).unwrap().1;
+        (judged, diagnose(&with(""), &readings).unwrap().nothing_missing)
+    };
+    let (judged, diagnosed) = both("");
+    assert!((judged - diagnosed).abs() < 1e-9 && judged > 0.5, "{judged} {diagnosed}");
+    let (judged, diagnosed) = both("[[effect]]\nkind = \"shaft_bow\"\nparameters = { m = [2e-5, 0.0] }");
+    assert!(diagnosed <= judged && judged < 1e-6, "{judged} {diagnosed}");
 }
 
 #[test]
