@@ -3,7 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`data`], [`hypothesis`] | what was measured, what is unknown |
-//! | [`problem`], `force_columns`, `derivative`, `optimum` | the least-squares problem of one hypothesis, and its solution |
+//! | [`problem`], `derivative`, `optimum` | the least-squares problem of one hypothesis, and its solution |
 //! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
@@ -20,7 +20,6 @@ mod derivative;
 pub(crate) mod descent;
 pub mod drawing_errors;
 mod error_slopes;
-mod force_columns;
 pub mod hypothesis;
 mod optimum;
 pub mod problem;

@@ -5,6 +5,8 @@
 //! parameters are outside, where Levenberg–Marquardt moves them. Derivatives are exact: see
 //! `derivative`.
 
+mod force_columns;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -13,7 +15,6 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::centreline;
 use super::data::{Amplitudes, Data};
 use super::descent::{Objective, Stop, descend};
-use super::force_columns::{ForceColumns, forces_in_use};
 use super::hypothesis::Hypothesis;
 use super::projection::LinearSolution;
 use super::row_groups::RowGroups;
@@ -24,6 +25,7 @@ use crate::machine::place::SpeedLaw;
 use crate::receptance::modal_shaft::{Force, ModalShaft};
 use crate::receptance::update::{Receptances, UpdatedResponse};
 use crate::statistics::whitening::Whitening;
+use force_columns::{ForceColumns, forces_in_use};
 
 type C = Complex<f64>;
 

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 use nalgebra::Complex;
 
-use super::data::Data;
-use super::problem::{Column, Problem};
+use super::{Column, Problem};
 use crate::effects::terms::Terms;
+use crate::fit::data::Data;
 use crate::receptance::modal_shaft::{Force, ModalShaft};
 
 type C = Complex<f64>;
@@ -46,7 +46,7 @@ impl Problem<'_> {
     }
 
     /// Size of each force in every row, for these unknowns.
-    pub(super) fn sizes(&self, terms: &Terms, unknowns: &[C]) -> Vec<Vec<C>> {
+    pub fn sizes(&self, terms: &Terms, unknowns: &[C]) -> Vec<Vec<C>> {
         let known = C::from(1.0);
         let of_row = |columns: &ForceColumns| {
             let mut sizes = vec![C::from(0.0); self.forces.len()];
