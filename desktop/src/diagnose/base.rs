@@ -151,8 +151,8 @@ impl<'a> BaseModel<'a> {
         self.refined(self.attempts(LIKELY)?)
     }
 
-    /// The same in noise and drawing of the search, which takes a tenth of the time where the drawing has tolerances: enough to choose
-    /// what is worth settling.
+    /// The same candidates, compared in the noise and drawing of the search: enough to choose what is worth settling, which takes ten
+    /// times as long where the drawing has tolerances.
     pub fn try_likely_unsettled(&self) -> Result<Vec<CandidateFit>, Error> {
         let mut tried = self.attempts(LIKELY)?;
         strongest_first(&mut tried);
@@ -173,7 +173,7 @@ impl<'a> BaseModel<'a> {
         let progress = &self.fitter.progress;
         progress.plan(possible.len());
         let mut tried: Vec<CandidateFit> =
-            match Screening::beside(self.fitter, &self.hypothesis, &self.search)? {
+            match Screening::beside(self.fitter, &self.hypothesis, &self.search.1)? {
                 None => {
                     let told = possible.into_par_iter().inspect(|_| progress.step());
                     told.filter_map(|a| self.attempt(a).ok()).collect()

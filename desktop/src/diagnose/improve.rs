@@ -1,9 +1,9 @@
 //! Adding effects to a model: one on request, or one after another until it is adequate.
 
-use super::answer::{Candidate, DiagnosisVerdict, SURE};
-use super::as_file::as_file;
 use rayon::prelude::*;
 
+use super::answer::{Candidate, DiagnosisVerdict, SURE};
+use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit, same};
 use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine};
 use super::planes::PlaneUnbalances;
@@ -190,8 +190,7 @@ pub fn improve_telling(
     };
     best.fit.covariance = fitter.covariance(&best.hypothesis, &best.fit, &best.drawing)?;
     let changes = RunChange::beyond(&start, &best.hypothesis, &best.fit);
-    outcome.steps = in_order(start, tried, &best, rivals)?;
-    outcome.steps.iter().for_each(progress);
+    outcome.steps = in_order(start, tried, &best, rivals, progress)?;
     outcome.rotor = fitter.corrected(as_file(&best.hypothesis, &best.fit), &best.fit, &best.drawing);
     let now = diagnose(&outcome.rotor, readings)?;
     (outcome.verdict, outcome.summary, outcome.candidates) = (now.verdict, now.summary, now.candidates);
@@ -205,12 +204,13 @@ pub fn improve_telling(
 }
 
 /// The effects of a set one after another from the model at the start, the one that explains most first; `tried` are those beside
-/// that model, `rivals` the sets that the data cannot tell from this one.
+/// that model, `rivals` the sets that the data cannot tell from this one. `progress` hears of each as soon as it is known.
 fn in_order<'a>(
     start: BaseModel<'a>,
     tried: Vec<CandidateFit>,
     best: &BaseModel<'a>,
     rivals: Vec<String>,
+    mut progress: impl FnMut(&ImprovementStep),
 ) -> Result<Vec<ImprovementStep>, Error> {
     let joint = parameters::of_each(&best.hypothesis, &best.fit);
     let mut left: Vec<usize> = (start.stated..best.hypothesis.effects.len()).collect();
@@ -235,14 +235,16 @@ fn in_order<'a>(
         let last = left.is_empty();
         let with = base.hypothesis.with(t.placed);
         let candidate = base.candidate(t, f64::NAN, explains(&t.drawing(&base).scatter(), &base));
-        steps.push(ImprovementStep {
+        let step = ImprovementStep {
             error_after: best.relative_error(if last { &best.fit } else { &t.fit }),
             chi2_per_value: if last { best.fit.chi2_per_value() } else { t.fit.chi2_per_value() },
             group: if last { rivals.clone() } else { Vec::new() },
             // what it would be without those still to come does not matter
             added: Candidate { parameters: joint[index].clone(), disqualified: None, ..candidate },
             rotor: base.fitter.corrected(as_file(&with, &t.fit), &t.fit, t.drawing(&base)),
-        });
+        };
+        progress(&step);
+        steps.push(step);
         if last {
             return Ok(steps);
         }

@@ -28,11 +28,7 @@ impl<'a> Screening<'a> {
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn beside(
-        all: &Fitter<'a>,
-        model: &Hypothesis,
-        (_, fit): &(Drawing, Fit),
-    ) -> Result<Option<Self>, Error> {
+    pub fn beside(all: &Fitter<'a>, model: &Hypothesis, fit: &Fit) -> Result<Option<Self>, Error> {
         let chosen = chosen(&all.data.rows);
         if 2 * chosen.len() > all.data.rows.len() {
             return Ok(None);

@@ -189,12 +189,14 @@ fn grown<'a>(
     let mut kept = kept?;
     // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
     kept.sort_by(|a, b| a.0.cmp(&b.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
+    if parents.len() > 1 {
+        // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
+        let near = evidence(&kept[0].1.fit) + 2.0 * RIVAL.ln();
+        let rivals = kept.iter().filter(|(unphysical, base)| !unphysical && evidence(&base.fit) > near);
+        equals = rivals.map(|(_, base)| effect_labels(base).join(" + ")).collect();
+    }
     let mut sets: Vec<BaseModel> = kept.into_iter().map(|(_, base)| base).collect();
     if parents.len() > 1 {
-        // what was added to them was not refined, so that those count which were settled
-        let near = evidence(&sets[0].fit) + 2.0 * RIVAL.ln();
-        let rivals = sets.iter().filter(|base| evidence(&base.fit) > near);
-        equals = rivals.map(|base| effect_labels(base).join(" + ")).collect();
         // special cases were settled beside what they are cases of, and count from here on like any other
         sets.truncate(width);
     }
@@ -203,10 +205,7 @@ fn grown<'a>(
 
 /// Labels of a base's effects, sorted.
 fn effect_labels(base: &BaseModel) -> Vec<String> {
-    let label = |a: &PlacedEffect| a.label(base.fitter.rotor);
-    let mut labels: Vec<String> = base.hypothesis.effects.iter().map(label).collect();
-    labels.sort();
-    labels
+    sorted(base.hypothesis.effects.iter(), |a| a.label(base.fitter.rotor))
 }
 
 /// Labels of a base's effects and one more, sorted.
@@ -215,8 +214,14 @@ fn labels(base: &BaseModel, t: &CandidateFit) -> Vec<String> {
 }
 
 fn labels_of(base: &BaseModel, t: &CandidateFit, label: impl Fn(&PlacedEffect) -> String) -> Vec<String> {
-    let all = base.hypothesis.effects.iter().chain([&t.placed]);
-    let mut labels: Vec<String> = all.map(label).collect();
+    sorted(base.hypothesis.effects.iter().chain([&t.placed]), label)
+}
+
+fn sorted<'e>(
+    effects: impl Iterator<Item = &'e PlacedEffect>,
+    label: impl Fn(&PlacedEffect) -> String,
+) -> Vec<String> {
+    let mut labels: Vec<String> = effects.map(label).collect();
     labels.sort();
     labels
 }

@@ -178,9 +178,10 @@ impl LoadedShaft for OffsetShaft<'_> {
 }
 
 impl ModalShaft {
-    /// Solves the shaft of a rotor on springs at its bearings, `nominal_n_m` or the first softer or stiffer ones that keep these
-    /// speeds clear of its critical speeds; where none does, as with many speeds, those that keep them farthest. The rotor may differ from the drawing that `shaft` was made of in its segments and disks, and by
-    /// `offsets` in its positions.
+    /// Solves the shaft of a rotor on springs at its bearings. Their stiffness is `nominal_n_m`, or the first softer or stiffer
+    /// value at which no critical speed of the shaft is near one of these speeds. Among many speeds there may be no such
+    /// value: then it is the one whose critical speeds are farthest from them. The rotor may differ from the drawing that
+    /// `shaft` was made of in its segments and disks, and by `offsets` in its positions.
     ///
     /// # Errors
     /// If the shaft on its springs is not stable, which a checked rotor rules out.

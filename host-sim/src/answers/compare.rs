@@ -30,7 +30,7 @@ pub struct ComparisonAnswer {
     pub by_run: Vec<ByRun>,
     pub whirl: Vec<WhirlAnswer>,
     pub remarks: Vec<String>,
-    /// Probability that noise is all there is.
+    /// Probability that noise is all there is; an upper bound where it is below one in a million.
     pub nothing_missing: Option<f64>,
 }
 
