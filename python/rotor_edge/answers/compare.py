@@ -112,4 +112,4 @@ class Comparison(Answer):
     whirl: tuple[Whirl, ...]
     remarks: tuple[str, ...]
     nothing_missing: float | None
-    """Probability that noise is all there is."""
+    """Probability that noise is all there is; an upper bound where it is below one in a million."""
