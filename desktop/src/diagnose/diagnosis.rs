@@ -135,9 +135,7 @@ impl BaseModel<'_> {
         let rotor = self.fitter.rotor;
         let ModelComparison { tried, unknown, ranking } = weighed;
         let held_out = match tried.first() {
-            Some(best) if ranking.nothing_missing < SURE => {
-                Some(held_out::check(self, best, readings, &noise)?)
-            }
+            Some(best) if ranking.nothing_missing < SURE => Some(held_out::check(self, best)?),
             _ => None,
         };
         let evidence =

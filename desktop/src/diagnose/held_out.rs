@@ -3,11 +3,8 @@
 use super::answer::HeldOut;
 use super::base::{BaseModel, CandidateFit};
 use crate::error::Error;
-use crate::fit::data::Data;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fit, Fitter};
-use crate::machine::drawing::Noise;
-use crate::measurement::Reading;
 
 /// Standard deviations by which left-out readings must be predicted worse before an effect is doubted: 2 % of all right
 /// effects look that bad.
@@ -17,26 +14,17 @@ const BLOCKS: usize = 4;
 
 /// χ² on left-out readings per real number, without and with the candidate, each on the drawing that was found with
 /// it in the fit to all.
-pub fn check(
-    base: &BaseModel,
-    best: &CandidateFit,
-    readings: &[Reading],
-    noise: &Noise,
-) -> Result<HeldOut, Error> {
+pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
     let with = base.hypothesis.with(best.placed);
+    let rows = base.fitter.data.rows.len();
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for block in 0..BLOCKS {
         let part = |inside: bool| -> Vec<usize> {
-            let blocked = |i: &usize| (i * 2 * BLOCKS / readings.len() % BLOCKS == block) == inside;
-            (0..readings.len()).filter(blocked).collect()
-        };
-        let fitter = |rows: &[usize]| {
-            let chosen: Vec<Reading> = rows.iter().map(|i| readings[*i].clone()).collect();
-            let data = Data::new(base.fitter.rotor, noise, &chosen).chosen_from(&base.fitter.data, rows);
-            Fitter::new(base.fitter.rotor, data)
+            let blocked = |i: &usize| (i * 2 * BLOCKS / rows % BLOCKS == block) == inside;
+            (0..rows).filter(blocked).collect()
         };
         let (kept, left) = (part(false), part(true));
-        let sides = [(fitter(&kept), kept), (fitter(&left), left)];
+        let sides = [(base.fitter.part(&kept), kept), (base.fitter.part(&left), left)];
         before.extend(misfits(&sides, &base.hypothesis, &base.fit, &base.drawing)?);
         after.extend(misfits(&sides, &with, &best.fit, best.drawing(base))?);
     }

@@ -102,30 +102,29 @@ pub fn saturation(base: &BaseModel) -> Option<String> {
     if directions > 4 * sensitivity.ncols() {
         return None;
     }
-    let first_of_row: Vec<usize> = data
-        .rows
-        .iter()
-        .scan(0, |at, row| {
-            let start = *at;
-            *at += 2 * row.values.len();
-            Some(start)
-        })
-        .collect();
-    let averaged = DMatrix::from_fn(directions, sensitivity.ncols(), |i, j| {
-        let (point, within) = (i / (2 * probes), i % (2 * probes));
-        let rows = &points[point].2;
-        let full = rows.iter().filter(|r| data.rows[**r].values.len() == probes);
-        let sum: f64 = full.map(|r| sensitivity[(first_of_row[*r] + within, j)]).sum();
-        sum / (rows.len() as f64).sqrt()
-    });
+    let mut seen = vec![0_usize; probes * points.len()];
+    let mut averaged = DMatrix::zeros(directions, sensitivity.ncols());
+    let point_of = |row: usize| points.iter().position(|(_, _, rows)| rows.contains(&row)).unwrap_or(0);
+    let rows = data.rows.iter().enumerate().map(|(r, row)| (point_of(r), row));
+    let places = rows.flat_map(|(point, row)| row.values.iter().map(move |v| point * probes + v.probe));
+    for (value, at) in places.enumerate() {
+        seen[at] += 1;
+        for part in 0..2 {
+            let mut sum = averaged.row_mut(2 * at + part);
+            sum += sensitivity.row(2 * value + part);
+        }
+    }
+    for (i, mut row) in averaged.row_iter_mut().enumerate() {
+        row.unscale_mut((seen[i / 2].max(1) as f64).sqrt());
+    }
     let rank = singular_values(averaged).iter().filter(|s| **s > VISIBLE).count();
     let unknown = sensitivity.ncols();
     (rank + 2 >= directions || points.len() < 3).then(|| {
         format!(
             "{} reading{} at {} operating point{} hold {directions} independent numbers, and bearings and planes \
              ({unknown} unknowns, {rank} of them visible) use them up: any effect could be a change of bearing",
-            data.rows.len(),
-            if data.rows.len() == 1 { "" } else { "s" },
+            data.readings(),
+            if data.readings() == 1 { "" } else { "s" },
             points.len(),
             if points.len() == 1 { "" } else { "s" },
         )

@@ -78,6 +78,7 @@ mod tests {
         let row = |run| FitRow {
             run,
             listed: None,
+            readings: 1,
             speed_rad_s: 1.0,
             run_share: 0.0,
             added: Vec::new(),

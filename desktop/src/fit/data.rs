@@ -6,9 +6,11 @@ use std::collections::BTreeMap;
 use nalgebra::Complex;
 
 use super::centreline::{JournalReading, observed};
+use super::repeats;
 use crate::effects::Pattern;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
+use crate::receptance::modal_shaft::Force;
 use crate::unbalance::phasor_kg_m;
 
 type C = Complex<f64>;
@@ -24,21 +26,34 @@ pub struct FitValue {
     pub measured_m: C,
     /// Standard deviation of each component, m.
     pub sigma_m: f64,
+    /// Of what grows over a run, how much acts at this value per what acts on the mean of its row.
+    pub growth: f64,
 }
 
+/// What was measured in one state of the machine: a reading, or several in turn that repeat it. The response is computed once for all
+/// of them.
 #[derive(Debug, Clone)]
 pub struct FitRow {
     /// Number of the run, in the order in which they come.
     pub run: usize,
     /// Number of its `[[run]]` in the rotor's file, if it lists that run.
     pub listed: Option<usize>,
+    /// Readings that it is made of; speed and share of the run are their means.
+    pub readings: usize,
     pub speed_rad_s: f64,
     /// How much of its run has passed, 0 to 1: by time where the readings state it, else by their order.
     pub run_share: f64,
     /// Trial weights: position, m, and unbalance, kg·m.
     pub added: Vec<(f64, C)>,
-    /// Values that were not lost.
+    /// Values that were not lost, reading by reading.
     pub values: Vec<FitValue>,
+}
+
+impl FitValue {
+    /// How much of a force acts at this value per what acts on the mean of its row.
+    pub fn share_of_row(&self, force: Force) -> f64 {
+        if force == Force::Pattern(Pattern::GrowingBow) { self.growth } else { 1.0 }
+    }
 }
 
 impl FitRow {
@@ -65,7 +80,7 @@ impl Data {
     /// Readings of a rotor with their noise.
     pub fn new(rotor: &Rotor, noise: &Noise, readings: &[Reading]) -> Self {
         let mut runs: Vec<Option<&String>> = Vec::new();
-        let rows = readings.iter().zip(run_shares(readings)).map(|(reading, run_share)| {
+        let singly = readings.iter().zip(run_shares(readings)).map(|(reading, run_share)| {
             let name = reading.run.as_ref();
             let known = runs.iter().position(|r| *r == name);
             let number = known.unwrap_or_else(|| {
@@ -74,29 +89,20 @@ impl Data {
             });
             let listed = rotor.run.iter().position(|r| Some(&r.name) == name);
             let weights = listed.iter().flat_map(|k| &rotor.run[*k].added_unbalance);
-            let present = reading.probes.iter().enumerate().filter_map(|(probe, y)| y.map(|y| (probe, y)));
+            let value = |(probe, y): (usize, &Option<C>)| {
+                y.map(|y| FitValue { probe, measured_m: y, sigma_m: noise.sigma_m(y), growth: run_share })
+            };
             FitRow {
                 run: number,
                 listed,
+                readings: 1,
                 speed_rad_s: reading.speed_rad_s(),
                 run_share,
                 added: weights.map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg))).collect(),
-                values: present
-                    .map(|(probe, measured_m)| FitValue {
-                        probe,
-                        measured_m,
-                        sigma_m: noise.sigma_m(measured_m),
-                    })
-                    .collect(),
+                values: reading.probes.iter().enumerate().filter_map(value).collect(),
             }
         });
-        Self { rows: rows.collect(), centreline: observed(rotor, readings) }
-    }
-
-    /// The same readings as parts of the runs that they were chosen from.
-    pub fn chosen_from(mut self, all: &Self, chosen: &[usize]) -> Self {
-        self.rows.iter_mut().zip(chosen).for_each(|(row, i)| row.run_share = all.rows[*i].run_share);
-        self
+        Self { rows: repeats::joined(singly), centreline: observed(rotor, readings) }
     }
 
     /// These rows alone, each as a part of the run that it was chosen from.
@@ -105,6 +111,11 @@ impl Data {
             rows: rows.iter().map(|r| self.rows[*r].clone()).collect(),
             centreline: self.centreline.clone(),
         }
+    }
+
+    /// Readings in all.
+    pub fn readings(&self) -> usize {
+        self.rows.iter().map(|row| row.readings).sum()
     }
 
     /// Whether there are readings of this `[[run]]`.

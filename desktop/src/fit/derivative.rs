@@ -4,7 +4,6 @@
 use nalgebra::{Complex, DMatrix, Matrix2};
 
 use super::centreline;
-use super::data::FitValue;
 use super::problem::{Evaluation, Problem, Responses};
 use crate::effects::terms::Terms;
 
@@ -105,11 +104,12 @@ impl Problem<'_> {
         let mut at = 0;
         for (r, row) in self.data.rows.iter().enumerate() {
             for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
-                let shown = |v: &FitValue| now.terms.shows[v.probe] == a.probe;
-                let Some(k) = row.values.iter().position(shown) else { continue };
-                let change = (&a.reading - &b.reading).dot(&now.motion[r]);
-                let gain = now.terms.gains[row.values[k].probe];
-                slopes[at + k] -= gain * change.unscale(2.0 * SLOPE_STEP);
+                let change = (&a.reading - &b.reading).dot(&now.motion[r]).unscale(2.0 * SLOPE_STEP);
+                for (k, v) in
+                    row.values.iter().enumerate().filter(|(_, v)| now.terms.shows[v.probe] == a.probe)
+                {
+                    slopes[at + k] -= now.terms.gains[v.probe] * change;
+                }
             }
             at += row.values.len();
         }

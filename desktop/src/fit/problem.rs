@@ -230,7 +230,7 @@ impl<'a> Problem<'a> {
                 (target[at], target[at + 1]) = (left.re, left.im);
                 for (j, column) in self.unknowns.iter().enumerate() {
                     let value = match column {
-                        Column::Force { .. } => under(&forces[j]) * gain,
+                        Column::Force { force, .. } => under(&forces[j]) * gain * v.share_of_row(*force),
                         Column::Runout { probe, per_unit } if *probe == v.probe => C::from(per_unit * weight),
                         Column::Runout { .. } => continue,
                     };

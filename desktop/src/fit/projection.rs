@@ -37,9 +37,7 @@ impl LinearSolution {
                 normal,
             });
         }
-        let mut white = columns.clone();
-        whitening.apply(&mut white);
-        let white_target = whitening.apply_centred(&target);
+        let (white, white_target) = whitening.apply_with(&columns, &target);
         let normal = ridged_normal(&white)?;
         let solution = normal.solve(&white.tr_mul(&white_target));
         let left = target - columns * &solution;

@@ -5,11 +5,14 @@ use nalgebra::{DMatrix, DVector};
 
 /// Noise of unit size and, beside it, errors of unit standard deviation that act through a jacobian J: covariance `1 + J Jᵀ`.
 pub struct Allowance {
-    jacobian: DMatrix<f64>,
-    /// Eigenvalues and eigenvectors of `JᵀJ`.
+    /// Eigenvalues and eigenvectors of `JᵀJ`: λ and V.
     values: DVector<f64>,
     vectors: DMatrix<f64>,
+    /// s of `(1 + JJᵀ)^(−1/2) = 1 − J V diag(s) Vᵀ Jᵀ`.
     shrink: DVector<f64>,
+    /// `K = J V diag(√s)`, and its transpose.
+    root: DMatrix<f64>,
+    transposed: DMatrix<f64>,
 }
 
 impl Allowance {
@@ -21,14 +24,16 @@ impl Allowance {
             let eigen = hermitian(transposed_product(&jacobian, &jacobian));
             (eigen.eigenvalues.map(|v| v.max(0.0)), eigen.eigenvectors)
         };
-        // (1 + JJᵀ)^(−1/2) = 1 − J V diag((1 − (1+λ)^(−1/2)) / λ) Vᵀ Jᵀ
         let shrink = values.map(|v| if v > 1e-9 { (1.0 - (1.0 + v).sqrt().recip()) / v } else { 0.5 });
-        Self { jacobian, values, vectors, shrink }
+        let mut root = jacobian * &vectors;
+        root.column_iter_mut().zip(&shrink).for_each(|(mut column, s)| column *= s.sqrt());
+        let transposed = root.transpose();
+        Self { values, vectors, shrink, root, transposed }
     }
 
     /// Whether nothing is allowed for.
     pub fn is_empty(&self) -> bool {
-        self.jacobian.ncols() == 0
+        self.values.is_empty()
     }
 
     /// `(1 + J Jᵀ)^(−1/2)` of every column.
@@ -36,11 +41,7 @@ impl Allowance {
         if self.is_empty() {
             return;
         }
-        let mut inner = transposed_product(&self.vectors, &transposed_product(&self.jacobian, columns));
-        for (mut row, s) in inner.row_iter_mut().zip(self.shrink.iter()) {
-            row *= *s;
-        }
-        columns.gemm(-1.0, &self.jacobian, &(&self.vectors * inner), 1.0);
+        columns.gemm(-1.0, &self.root, &(&self.transposed * &*columns), 1.0);
     }
 
     /// ln det of the covariance.
@@ -53,8 +54,9 @@ impl Allowance {
         if self.is_empty() {
             return DVector::zeros(0);
         }
-        let right = self.vectors.tr_mul(&self.jacobian.tr_mul(residual));
-        &self.vectors * right.component_mul(&self.values.map(|v| (1.0 + v).recip()))
+        // Kᵀr is √s Vᵀ Jᵀ r
+        let seen = self.root.tr_mul(residual).component_div(&self.shrink.map(f64::sqrt));
+        &self.vectors * seen.component_mul(&self.values.map(|v| (1.0 + v).recip()))
     }
 
     /// Real numbers that the errors use up.

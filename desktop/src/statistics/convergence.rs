@@ -2,6 +2,7 @@
 //! sample sizes of bulk and tails (Vehtari, Gelman, Simpson, Carpenter and Bürkner 2021, Bayesian Analysis 16, 667;
 //! equations in that paper's numbers).
 
+use nalgebra::DVectorView;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -41,9 +42,8 @@ impl Convergence {
         let ascending = ordered(&all);
         let sorted = |rank: usize| ascending[rank].0;
         let median = 0.5 * (sorted((all.len() - 1) / 2) + sorted(all.len() / 2));
-        let folded: Vec<f64> = all.iter().map(|x| (x - median).abs()).collect();
         let bulk = Moments::new(scores.of(&ascending), length);
-        let spread = Moments::new(scores.of(&ordered(&folded)), length);
+        let spread = Moments::new(scores.of(&folded(&ascending, median)), length);
         let tail = |share: f64| {
             let end = quantile(&sorted, all.len(), share);
             let below = all.iter().map(|x| f64::from(u8::from(*x <= end))).collect();
@@ -71,6 +71,21 @@ fn ordered(values: &[f64]) -> Vec<(f64, usize)> {
     let mut all: Vec<(f64, usize)> = values.iter().copied().enumerate().map(|(i, x)| (x, i)).collect();
     all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     all
+}
+
+/// Distances of ordered values from their median, ordered themselves: what lies below it and what lies above are in order already.
+fn folded(ascending: &[(f64, usize)], median: f64) -> Vec<(f64, usize)> {
+    let above = ascending.partition_point(|(x, _)| *x < median);
+    let distance = |(x, place): &(f64, usize)| ((x - median).abs(), *place);
+    let (below, above) = ascending.split_at(above);
+    let (mut below, mut above) =
+        (below.iter().rev().map(distance).peekable(), above.iter().map(distance).peekable());
+    let next = || match (below.peek(), above.peek()) {
+        (Some(a), Some(b)) if a.0 > b.0 => above.next(),
+        (Some(_), _) => below.next(),
+        _ => above.next(),
+    };
+    std::iter::from_fn(next).collect()
 }
 
 /// Value below which a share of the sorted samples lies, straight lines between them.
@@ -141,7 +156,9 @@ impl Moments {
     /// Correlation of samples so far apart, all halves together (equation 10).
     fn correlation(&self, lag: usize) -> f64 {
         let n = self.halves[0].len();
-        let products = |h: &Vec<f64>| h.iter().zip(&h[lag..]).map(|(a, b)| a * b).sum::<f64>();
+        let products = |h: &Vec<f64>| {
+            DVectorView::from_slice(&h[..n - lag], n - lag).dot(&DVectorView::from_slice(&h[lag..], n - lag))
+        };
         let covariance = self.halves.iter().map(products).sum::<f64>() / (n * self.halves.len()) as f64;
         1.0 - (self.within - covariance) / self.pooled
     }

@@ -132,17 +132,28 @@ impl Whitening {
         self.deviations.whiten(columns);
     }
 
-    /// Whitens weighted residuals of the drawing at `centre`, as deviations are counted from the drawing.
-    pub fn apply_centred(&self, residual: &DVector<f64>) -> DVector<f64> {
-        let mut white = self.whitened_at_centre(residual);
-        self.deviations.whiten(&mut white);
-        white.column(0).into_owned()
+    /// Whitens columns of the model and, beside them, weighted residuals of the drawing at `centre`, as deviations are counted from the
+    /// drawing.
+    pub fn apply_with(
+        &self,
+        columns: &DMatrix<f64>,
+        residual: &DVector<f64>,
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let count = columns.ncols();
+        let mut all = columns.clone().resize_horizontally(count + 1, 0.0);
+        all.set_column(count, &self.about_centre(residual));
+        self.apply(&mut all);
+        let residual = all.column(count).into_owned();
+        (all.remove_column(count), residual)
+    }
+
+    /// Residuals of the drawing as stated, for those at `centre`.
+    fn about_centre(&self, residual: &DVector<f64>) -> DVector<f64> {
+        if self.centre.is_empty() { residual.clone() } else { residual + &self.stated * &self.centre }
     }
 
     fn whitened_at_centre(&self, residual: &DVector<f64>) -> DMatrix<f64> {
-        let around =
-            if self.centre.is_empty() { residual.clone() } else { residual + &self.stated * &self.centre };
-        let mut white = DMatrix::from_columns(&[around]);
+        let mut white = DMatrix::from_columns(&[self.about_centre(residual)]);
         self.scattered.whiten_series(&mut white);
         self.between.whiten(&mut white);
         white

@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::data::{Amplitudes, Data};
+use super::super::data::{Amplitudes, Data, FitRow, FitValue};
 use super::*;
 use crate::effects::entry;
 use crate::model::Model;
@@ -118,6 +118,44 @@ fn derivative_equals_differences_for_every_effect() {
         for j in 0..x.len() {
             let (e, d) = (exact.column(j), expected.column(j));
             assert!((e - d).norm() < 1e-5 * d.norm() + 1e-7, "{name} {j}: {} {}", e.norm(), d.norm());
+        }
+    }
+}
+
+/// The same values with a row for each reading.
+fn singly(data: &Data) -> Data {
+    let mut rows = Vec::new();
+    for row in &data.rows {
+        for values in row.values.chunks(row.values.len() / row.readings) {
+            let run_share = row.run_share * values[0].growth;
+            let values = values.iter().map(|v| FitValue { growth: 1.0, ..*v }).collect();
+            rows.push(FitRow { readings: 1, run_share, values, ..row.clone() });
+        }
+    }
+    Data { rows, ..data.clone() }
+}
+
+#[test]
+fn repeats_together_are_predicted_as_single_readings() {
+    let rotor = machine();
+    let thrice: Vec<f64> = run_up(7).into_iter().flat_map(|rpm| [rpm; 3]).collect();
+    let together = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings(&rotor, &thrice)));
+    let apart = Fitter::new(&rotor, singly(&together.data));
+    assert_eq!([together.data.rows.len(), apart.data.rows.len()], [14, 42]);
+    for (name, ..) in every_effect() {
+        let (h, x, unknowns) = hypothesis(&together, &[name]);
+        let at = |fitter: &Fitter| {
+            let amplitudes = moved(fitter);
+            let problem = problem_at(fitter, &h, &x, &amplitudes);
+            let model = problem.weighted_model(&x, &unknowns).unwrap();
+            (model, problem.chi2(), problem.derivative().unwrap())
+        };
+        let ((model, chi2, slopes), (expected, chi2_apart, slopes_apart)) = (at(&together), at(&apart));
+        assert!((model - &expected).amax() < 1e-9 * expected.amax(), "{name}");
+        assert!((chi2 / chi2_apart - 1.0).abs() < 1e-9, "{name}: {chi2} {chi2_apart}");
+        // the mean of what grows stands for it where only the way down is sought
+        if name != "thermal_bow" {
+            assert!((slopes - &slopes_apart).amax() < 1e-9 * slopes_apart.amax() + 1e-12, "{name}");
         }
     }
 }

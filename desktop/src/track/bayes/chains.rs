@@ -18,9 +18,10 @@ const BURN_IN: f64 = 0.2;
 /// Convergence criteria: largest R-hat and least effective sample size (Vehtari and others 2021, section 4).
 const AGREED: f64 = 1.01;
 const ENOUGH: f64 = 400.0;
-/// Most rounds with one proposal distribution, and most renewals of it from the samples so far.
-const ROUNDS: usize = 4;
-const RENEWALS: usize = 3;
+/// Most rounds with each proposal distribution: after the first it is renewed from the samples so far.
+const ROUNDS: [usize; 3] = [4, 4, 8];
+/// Samples beyond those that the first ones promise to be enough: an effective size is itself an estimate.
+const MARGIN: f64 = 1.2;
 /// Factor on the variance of a proposal distribution made from samples, which underestimate the tails.
 const WIDENED: f64 = 1.3;
 
@@ -40,31 +41,34 @@ struct SampledChain {
 /// relative to the prior's mean. `None` if the machine is singular there.
 pub fn draw(target: &Marginal, starts: &[Logs], proposals: usize, seed: u64) -> Option<PosteriorSamples> {
     let mut student = target.proposals(starts)?;
-    let mut drawn = None;
-    for renewal in 0..RENEWALS {
+    for (renewal, rounds) in ROUNDS.into_iter().enumerate() {
         let seed = seed.wrapping_mul(0x9e37_79b9).wrapping_add(renewal as u64);
-        let found = with_proposals(target, &student, proposals, seed)?;
-        let enough = agreed(&found.quality);
-        if !enough {
-            student = learned(target, &found.samples)?;
+        let found = with_proposals(target, &student, proposals, rounds, seed)?;
+        if renewal + 1 == ROUNDS.len() || agreed(&found.quality) {
+            return Some(found);
         }
-        drawn = Some(found);
-        if enough {
-            break;
-        }
+        student = learned(target, &found.samples)?;
     }
-    drawn
+    None
 }
 
 fn agreed(quality: &Quality) -> bool {
     quality.r_hat <= AGREED && quality.effective_bulk.min(quality.effective_tail) >= ENOUGH
 }
 
-/// Chains with proposals of one distribution.
+/// Rounds in all after which chains that were sampled for `rounds` promise to agree.
+fn rounds_needed(quality: &Quality, rounds: usize) -> usize {
+    let effective = quality.effective_bulk.min(quality.effective_tail);
+    let needed = (MARGIN * rounds as f64 * ENOUGH / effective.max(1.0)).ceil();
+    (needed as usize).max(rounds + 1)
+}
+
+/// Chains with proposals of one distribution, run for as many rounds as the first promises to take.
 fn with_proposals(
     target: &Marginal,
     student: &Student,
     proposals: usize,
+    most_rounds: usize,
     seed: u64,
 ) -> Option<PosteriorSamples> {
     let density = |z: &DVector<f64>| target.log_density(z);
@@ -74,26 +78,27 @@ fn with_proposals(
         Some(SampledChain { walker, samples: Vec::new() })
     };
     let mut chains: Vec<SampledChain> = (0..CHAINS as u64).map(start).collect::<Option<_>>()?;
-    let mut left_out = (BURN_IN * proposals as f64) as usize;
-    let mut quality = None;
-    for _ in 0..ROUNDS {
+    let burn_in = (BURN_IN * proposals as f64) as usize;
+    let (mut rounds, mut wanted) = (0, 1);
+    let quality = loop {
+        let left_out = if rounds == 0 { burn_in } else { 0 };
         chains.par_iter_mut().for_each(|SampledChain { walker, samples }| {
-            walker.go(student, proposals, &density, &mut |given, random| {
+            walker.go(student, (wanted - rounds) * proposals, &density, &mut |given, random| {
                 samples
                     .push(PosteriorSample { logs: given.logs.clone(), unbalance_kg_m: given.draw(random) });
             });
             samples.drain(..left_out);
         });
-        left_out = 0;
+        rounds = wanted;
         let acceptance = chains.iter().map(|c| c.walker.acceptance()).sum::<f64>() / CHAINS as f64;
-        let now = Quality::of(acceptance, &quantities(&chains))?;
-        quality = Some(now);
-        if agreed(&now) {
-            break;
+        let quality = Quality::of(acceptance, &quantities(&chains))?;
+        if agreed(&quality) || rounds == most_rounds {
+            break quality;
         }
-    }
+        wanted = rounds_needed(&quality, rounds).min(most_rounds);
+    };
     let samples = chains.into_iter().flat_map(|c| c.samples).collect();
-    Some(PosteriorSamples { samples, quality: quality? })
+    Some(PosteriorSamples { samples, quality })
 }
 
 /// Proposals with the moments of the samples.
