@@ -27,7 +27,7 @@ ANSWERS: dict[str, tuple[Added, ...]] = {
     "ComparisonAnswer": (),
     "DiagnosisAnswer": (),
     "Addition": ((*ROTOR, "The better model."),),
-    "ImprovementAnswer": ((*ROTOR, "The better model."),),
+    "ImprovementAnswer": (("rotor", "Rotor | None = field(kw_only=True)", "The better model; None if it was not written."),),
     "Identification": ((*ROTOR, "The identified rotor."),),
     "StartupAnswer": (("rotor", "Rotor | None", "The improved model, where one was asked for."),),
     "ForecastAnswer": (),

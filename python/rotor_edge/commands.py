@@ -51,7 +51,8 @@ def _model(kind: type[R], command: str, *inputs: Any, output: FilePath | None, *
     with desk() as place:
         path = place / "better.toml" if output is None else os.fspath(output)
         answer = place.ask(command, *inputs, output=path, **options)
-        return kind.of(json.loads(answer), json=answer, rotor=read_rotor(path))
+        values = json.loads(answer)
+        return kind.of(values, json=answer, rotor=read_rotor(path) if values.get("written", True) else None)
 
 
 def check(rotor: RotorLike, *, rpm: Range | float | None = None, own_unbalance: bool = False) -> Check:
@@ -97,15 +98,25 @@ def improve(
     *,
     output: FilePath | None = None,
     without: Sequence[str] = (),
+    even_so: bool = False,
     slow_roll: DataLike | None = None,
     progress: Progress | None = None,
 ) -> Improvement:
     """Diagnoses and adds until the model is adequate; the better model is the answer's ``rotor``.
 
     output: where to write the model as well. without: names of probes that cannot be trusted; the model has them with
-    ``used = false``. progress: called with the number of effects added, and None."""
+    ``used = false``. even_so: give the model as well where what is missing is unknown; otherwise ``rotor`` is then None.
+    progress: called with the number of effects added, and None."""
     return _model(
-        Improvement, "improve", rotor, data, output=output, without=without, slow_roll=slow_roll, progress=progress
+        Improvement,
+        "improve",
+        rotor,
+        data,
+        output=output,
+        without=without,
+        even_so=even_so,
+        slow_roll=slow_roll,
+        progress=progress,
     )
 
 

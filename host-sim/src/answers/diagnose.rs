@@ -178,6 +178,8 @@ pub struct ImprovementAnswer {
     pub unknown: Option<UnknownCauseAnswer>,
     pub refuted_runs: Vec<RefutedRunAnswer>,
     pub remarks: Vec<String>,
+    /// Whether the model was written; one that lacks an unknown cause only if asked.
+    pub written: bool,
     /// Candidates of the first diagnosis, most probable first.
     #[serde(skip)]
     pub candidates_before: Vec<CandidateAnswer>,
@@ -318,6 +320,7 @@ impl From<&ImprovementOutcome> for ImprovementAnswer {
             unknown: outcome.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&outcome.refuted),
             remarks: outcome.remarks.clone(),
+            written: false,
             candidates_before: outcome.candidates_before.iter().map(CandidateAnswer::from).collect(),
         }
     }

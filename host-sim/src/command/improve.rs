@@ -30,6 +30,9 @@ pub struct Arguments {
     /// used = false: no command uses its readings, and the controller masks it
     #[arg(long, value_name = "PROBE")]
     without: Vec<String>,
+    /// Write the model as well where what is missing is unknown: as far as it goes
+    #[arg(long)]
+    even_so: bool,
     #[command(flatten)]
     form: output::Form,
 }
@@ -52,10 +55,13 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let outcome = outcome?;
     let mut answer = ImprovementAnswer::from(&outcome);
     answer.remarks.extend(not_used(&rotor));
+    answer.written = arguments.even_so || outcome.verdict != DiagnosisVerdict::Unknown;
     let next = next(arguments, outcome.verdict);
     let fits =
         arguments.form.report.as_ref().map(|_| fits(&rotor, &readings, &outcome, &answer)).transpose()?;
-    output::model_of_its_data(&arguments.output, &outcome.rotor, &readings)?;
+    if answer.written {
+        output::model_of_its_data(&arguments.output, &outcome.rotor, &readings)?;
+    }
     if let (Some(path), Some(fits)) = (&arguments.form.report, &fits) {
         let drawn = fitted::curves(fits, &readings);
         let (words, command) = next.clone();
@@ -68,7 +74,14 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     }
     terminal::print(&render::improve::text(&answer));
     let (words, command) = next;
-    say!("\nWritten to {}.\nNext: {words}\n  {command}", arguments.output.display());
+    if answer.written {
+        say!("\nWritten to {}.", arguments.output.display());
+    } else {
+        say!(
+            "\nNothing is written: without the unknown cause no model predicts this machine. --even-so writes it as far as it goes."
+        );
+    }
+    say!("Next: {words}\n  {command}");
     Ok(None)
 }
 
@@ -82,19 +95,23 @@ fn not_used(rotor: &Rotor) -> Option<String> {
 /// What to do, and the command for it.
 fn next(arguments: &Arguments, verdict: DiagnosisVerdict) -> (String, String) {
     let path = shell::path(&arguments.output);
+    let diagnose = |path: String| {
+        format!(
+            "rotor-edge diagnose {path} {}{}",
+            shell::path(&arguments.measured.data),
+            arguments.measured.runout
+        )
+    };
     match verdict {
         DiagnosisVerdict::Adequate => (
             "follow the unbalance through a record of days".into(),
             format!("rotor-edge track {path} RECORD.csv"),
         ),
-        _ => (
-            "see what the model still lacks, and what to measure".into(),
-            format!(
-                "rotor-edge diagnose {path} {}{}",
-                shell::path(&arguments.measured.data),
-                arguments.measured.runout
-            ),
+        DiagnosisVerdict::Unknown if !arguments.even_so => (
+            "inspect what the unknown cause points at, and see what to measure".into(),
+            diagnose(shell::path(&arguments.measured.rotor)),
         ),
+        _ => ("see what the model still lacks, and what to measure".into(), diagnose(path)),
     }
 }
 

@@ -76,7 +76,8 @@ mod slow {
         for factor in [1.0 / 25.4, 1e-3, 1e-6, 25.4, 1e3, 1e6] {
             let data = folder.file("d.csv", &scaled(factor));
             let new = folder.0.path().join("new.toml");
-            let output = rotor_edge(&["improve", &rotor, &data, "-o", &new.display().to_string()]);
+            let output =
+                rotor_edge(&["improve", &rotor, &data, "-o", &new.display().to_string(), "--even-so"]);
             if output.status.success() {
                 // what is written is a machine that the next command takes
                 let again = rotor_edge(&["compare", &new.display().to_string(), &data]);

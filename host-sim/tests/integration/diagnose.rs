@@ -351,6 +351,25 @@ fn outputs_that_cannot_be_written_are_named() {
 }
 
 #[test]
+fn improve_writes_no_model_beside_an_unknown_cause_unless_asked() {
+    // two runs of a rig one of whose probes is off, in words that no effect of the list has
+    let rig = include_str!("../../../tests/rigs/rk4/rotor.toml");
+    let measured = include_str!("../../../tests/rigs/rk4/measured.csv").lines();
+    let of_run = |line: &&str| ["run,", "A003,", "A007,"].iter().any(|start| line.starts_with(start));
+    let rows: Vec<&str> = measured.filter(of_run).collect();
+    let case = Case::new(rig, &format!("{}\n", rows.join("\n")));
+    let output = rotor_edge(&case.improve());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && text.starts_with("unknown: "), "{text}");
+    assert_says(&text, &["Nothing is written", "--even-so", "rotor-edge diagnose"]);
+    assert!(!case.new_exists());
+    assert_eq!(json(&case.improve())["written"], false);
+    let even_so = json(&[&case.improve()[..], &["--even-so"]].concat());
+    assert_eq!((&even_so["written"], &even_so["verdict"]), (&true.into(), &"unknown".into()));
+    assert!(case.new_exists());
+}
+
+#[test]
 fn wrong_usage_exits_with_2() {
     let case = Case::sample();
     let (rotor, data, new) = (case.rotor.as_str(), case.data.as_str(), case.new.as_str());

@@ -141,5 +141,7 @@ class Improvement(Answer):
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
     remarks: tuple[str, ...]
-    rotor: Rotor = field(kw_only=True)
-    """The better model."""
+    written: bool
+    """Whether the model was written; one that lacks an unknown cause only if asked."""
+    rotor: Rotor | None = field(kw_only=True)
+    """The better model; None if it was not written."""
