@@ -1,18 +1,26 @@
-//! How the work of a diagnosis grows with readings and runs: run by `tests/growth`.
+//! How the work grows with readings, runs, bearings, shaft pieces and days: run by `tests/growth`.
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result};
-use rotor_edge_desktop::diagnose::{diagnose, solved_responses};
+use nalgebra::{Complex, DVector};
+use rotor_edge_desktop::diagnose::{diagnose, judged_fit, solved_responses};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::rotor_file;
+use rotor_edge_desktop::track::{Config, Method, track};
 use rotor_edge_tests::repository;
 
-/// Largest exponent of the responses from the first size of a series to the last.
-const MOST: f64 = 1.1;
+/// Largest exponent of the responses from the first size of a series to the last: in the amount of data, and in the number of bearings,
+/// each of which brings unknowns and candidates of its own.
+const OF_DATA: f64 = 1.1;
+const OF_BEARINGS: f64 = 2.0;
+/// Readings of the train.
+const TRAIN_SPEEDS: usize = 40;
 
 fn read(folder: &Path, measured: &str) -> Result<(Rotor, Vec<Reading>)> {
     let rotor = rotor_file::read(&folder.join("rotor.toml"))?;
@@ -39,15 +47,85 @@ fn denser(readings: &[Reading], count: usize) -> Vec<Reading> {
         .collect()
 }
 
-/// Prints a series and tells whether responses grow no faster than [`MOST`].
-fn series(what: &str, sizes: &[usize], readings_of: impl Fn(usize) -> (Rotor, Vec<Reading>)) -> Result<bool> {
+/// A train of so many equal spans and one bearing more, with probes at its first and last bearing and a balancing plane beside each.
+fn train(bearings: usize) -> Result<Rotor> {
+    let mut text = "schema = 1\nname = \"train\"\n[noise]\nrelative = 0.01\nfloor_um = 0.05\n".to_string();
+    let last = bearings - 1;
+    for _ in 0..2 * last {
+        text += "[[shaft]]\nlength_m = 0.5\nouter_diameter_m = 0.12\n";
+    }
+    for k in 0..last {
+        writeln!(
+            text,
+            "[[disk]]\nname = \"{k}\"\nposition_m = {}\nmass_kg = 60.0\ndiametral_inertia_kg_m2 = 0.6\n\
+             polar_inertia_kg_m2 = 1.1",
+            k as f64 + 0.5
+        )?;
+    }
+    for k in 0..bearings {
+        writeln!(
+            text,
+            "[[bearing]]\nname = \"B{k}\"\nposition_m = {k}.0\nstiffness_n_m = {{ xx = 6e7, yy = 9e7 }}\n\
+             damping_n_s_m = {{ xx = 6e4, yy = 9e4 }}"
+        )?;
+    }
+    for k in [0, last] {
+        for (axis, angle_deg) in [("X", 45), ("Y", 135)] {
+            writeln!(
+                text,
+                "[[probe]]\nname = \"B{k}{axis}\"\nbearing = \"B{k}\"\nposition_m = {k}.0\nangle_deg = {angle_deg}"
+            )?;
+        }
+    }
+    for position_m in [0.5, last as f64 - 0.5].into_iter().take(last.min(2)) {
+        writeln!(text, "[[plane]]\nname = \"at {position_m}\"\nposition_m = {position_m}")?;
+    }
+    Ok(rotor_file::parse("train.toml", &text)?)
+}
+
+/// What a machine would show of its planes' unbalance if its bearings were softer than drawn, with noise of about one percent.
+fn run_up(rotor: &Rotor) -> Result<Vec<Reading>> {
+    let mut built = rotor.clone();
+    for bearing in &mut built.bearing {
+        let constants = bearing.constants_mut().context("constant coefficients")?;
+        constants.stiffness_n_m.xx *= 0.8;
+    }
+    let model = Model::finite_elements(&built);
+    let unbalance = DVector::from_element(rotor.plane.len(), Complex::new(4e-4, 3e-4));
+    let mut turn = 0.0_f64;
+    let speeds = (1..=TRAIN_SPEEDS).map(|k| 3_600.0 * k as f64 / TRAIN_SPEEDS as f64);
+    let reading = |speed_rpm: f64| {
+        let mut reading = Reading { speed_rpm, ..Reading::default() };
+        let shown = model.response(reading.speed_rad_s())?.at(&unbalance);
+        reading.probes = shown
+            .iter()
+            .map(|y| {
+                turn += 2.4;
+                Some(y * (1.0 + Complex::from_polar(0.012, turn * turn)))
+            })
+            .collect();
+        Ok(reading)
+    };
+    speeds.map(reading).collect()
+}
+
+/// The same rotor with each piece of its shaft cut into so many.
+fn cut(rotor: &Rotor, parts: usize) -> Rotor {
+    let mut cut = rotor.clone();
+    let piece = |piece: &_| std::iter::repeat_n(Clone::clone(piece), parts);
+    cut.shaft = rotor.shaft.iter().flat_map(piece).collect();
+    cut.shaft.iter_mut().for_each(|piece| piece.length_m /= parts as f64);
+    cut
+}
+
+/// Prints a series and tells whether responses grow by no more than the exponent `most`.
+fn series(what: &str, sizes: &[usize], most: f64, work: impl Fn(usize) -> Result<()>) -> Result<bool> {
     println!("{what:>10}{:>12}{:>10}{:>12}{:>10}", "responses", "exponent", "seconds", "exponent");
     let mut before: Option<[f64; 3]> = None;
     let mut first = None;
     for size in sizes {
-        let (rotor, readings) = readings_of(*size);
         let (solved, began) = (solved_responses(), Instant::now());
-        diagnose(&rotor, &readings)?;
+        work(*size)?;
         let now = [*size as f64, (solved_responses() - solved) as f64, began.elapsed().as_secs_f64()];
         let exponent = |k: usize| {
             before.map_or(String::new(), |b| format!("{:.2}", (now[k] / b[k]).ln() / (now[0] / b[0]).ln()))
@@ -57,23 +135,46 @@ fn series(what: &str, sizes: &[usize], readings_of: impl Fn(usize) -> (Rotor, Ve
         before = Some(now);
     }
     let (first, last) = (first.context("no sizes")?, before.context("no sizes")?);
-    let exponent = (last[1] / first[1]).ln() / (last[0] / first[0]).ln();
-    println!("{:>10}: exponent {exponent:.2} over all, at most {MOST}\n", "responses");
-    Ok(exponent <= MOST)
+    let exponent = |k: usize| (last[k] / first[k]).ln() / (last[0] / first[0]).ln();
+    println!(
+        "{:>10}: exponent {:.2} over all, at most {most}; {:.2} in seconds\n",
+        "responses",
+        exponent(1),
+        exponent(2)
+    );
+    Ok(exponent(1) <= most)
 }
 
 fn main() -> Result<ExitCode> {
-    let (sample, measured) = read(&repository("host-sim/sample/kit"), "startup.csv")?;
+    let (kit, measured) = read(&repository("host-sim/sample/kit"), "startup.csv")?;
     let first_run = measured[0].run.clone();
     let one_run: Vec<Reading> = measured.into_iter().filter(|r| r.run == first_run).collect();
-    let by_readings =
-        series("readings", &[75, 150, 300, 600, 1200], |count| (sample.clone(), denser(&one_run, count)))?;
+    let by_readings = series("readings", &[75, 150, 300, 600, 1200], OF_DATA, |count| {
+        Ok(diagnose(&kit, &denser(&one_run, count)).map(drop)?)
+    })?;
+    let by_pieces = series("pieces", &[1, 2, 4, 8], OF_DATA, |parts| {
+        Ok(diagnose(&cut(&kit, parts), &one_run).map(drop)?)
+    })?;
     let (rig, all) = read(&repository("tests/rigs/rk4"), "measured.csv")?;
     let mut runs: Vec<Option<String>> = all.iter().map(|r| r.run.clone()).collect();
     runs.dedup();
-    let by_runs = series("runs", &[10, 20, 40, 80], |count| {
-        let kept = all.iter().filter(|r| runs[..count].contains(&r.run)).cloned().collect();
-        (rig.clone(), kept)
+    let by_runs = series("runs", &[10, 20, 40, 80], OF_DATA, |count| {
+        let kept: Vec<Reading> = all.iter().filter(|r| runs[..count].contains(&r.run)).cloned().collect();
+        Ok(diagnose(&rig, &kept).map(drop)?)
     })?;
-    Ok(if by_readings && by_runs { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let by_bearings = series("bearings", &[2, 4, 8, 12], OF_BEARINGS, |bearings| {
+        let rotor = train(bearings)?;
+        Ok(judged_fit(&rotor, &run_up(&rotor)?).map(drop)?)
+    })?;
+    let turbine = repository("tests/records");
+    let rotor = rotor_file::read(&turbine.join("rotor.toml"))?;
+    let [record, began] =
+        ["record.csv", "runup.csv"].map(|name| measurement::read(&turbine.join("quiet").join(name), &rotor));
+    let (record, began) = (record?, began?);
+    let by_days = series("days", &[110, 220, 440], OF_DATA, |days| {
+        let days = &record[..days.min(record.len())];
+        Ok(track(&rotor, days, &began, &[], &Config::new(Method::Joint), &mut |_, _| ()).map(drop)?)
+    })?;
+    let all = [by_readings, by_pieces, by_runs, by_bearings, by_days];
+    Ok(if all.iter().all(|held| *held) { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -26,7 +26,7 @@ mod sweep;
 mod unknown;
 mod verdict;
 
-pub use crate::fit::problem::solved_responses;
+pub use crate::receptance::update::solved_responses;
 pub use crate::statistics::scatter::Scatter;
 pub use answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE};
 pub use best_fit::{BestFit, best_fit, judged_fit};

@@ -8,7 +8,6 @@
 mod force_columns;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -91,13 +90,6 @@ impl Responses {
     pub fn of(&self, row: usize) -> &UpdatedResponse {
         &self.all[self.groups.of_row[row]]
     }
-}
-
-static SOLVED: AtomicU64 = AtomicU64::new(0);
-
-/// Responses at one speed that this process has solved in fits so far: a measure of work that does not depend on the computer.
-pub fn solved_responses() -> u64 {
-    SOLVED.load(Ordering::Relaxed)
 }
 
 impl<'a> Problem<'a> {
@@ -205,7 +197,6 @@ impl<'a> Problem<'a> {
                 .respond(&self.supports(terms, *row), &self.mounted(terms, *row))
         };
         let all: Option<Vec<UpdatedResponse>> = groups.first.iter().map(respond).collect();
-        SOLVED.fetch_add(groups.first.len() as u64, Ordering::Relaxed);
         Some(Responses { groups: groups.clone(), all: all? })
     }
 

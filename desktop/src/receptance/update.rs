@@ -4,9 +4,11 @@
 //! nominal supports and `Δ` the actual minus the nominal dynamic stiffness, the machine's response is
 //! `Y = Y₀ − Q (1 + ΔH)⁻¹ Δ H₀` (Sherman–Morrison–Woodbury).
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use nalgebra::allocator::Allocator;
 use nalgebra::{
-    Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, Matrix, Matrix2, OMatrix, Storage,
+    Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, LU, Matrix, Matrix2, OMatrix, Storage,
 };
 
 use crate::error::Error;
@@ -16,6 +18,14 @@ use crate::receptance::modal_shaft::{ModalShaft, loss};
 
 type C = Complex<f64>;
 const I: C = C::new(0.0, 1.0);
+
+static SOLVED: AtomicU64 = AtomicU64::new(0);
+
+/// Responses at one speed that this process has solved so far, in fits and in tracking: a measure of work that does not depend on the
+/// computer.
+pub fn solved_responses() -> u64 {
+    SOLVED.load(Ordering::Relaxed)
+}
 
 /// Dynamic stiffness of all held places.
 #[derive(Debug, Clone)]
@@ -313,18 +323,19 @@ impl Receptances {
     /// The response with these dynamic stiffnesses at the held places, with some probes on housings; `None` if the
     /// machine is singular on them.
     pub fn respond(&self, supports: &Supports, mounted: &[Mounted]) -> Option<UpdatedResponse> {
+        SOLVED.fetch_add(1, Ordering::Relaxed);
         let excess = supports.excess(&self.nominal);
         let d = self.held.nrows();
-        let inverse = (DMatrix::identity(d, d) + excess.forces(&self.held)).try_inverse()?;
+        let factor = (DMatrix::identity(d, d) + excess.forces(&self.held)).lu();
         let mut seen_from = self.probe_held.clone();
         less_housings(&mut seen_from, &self.held, mounted);
         let probes = seen_from.ncols();
-        let forces = &inverse * excess.forces(&self.held_force);
+        let forces = factor.solve(&excess.forces(&self.held_force))?;
         let seen = seen_from.tr_mul(&forces);
         let mut response = UpdatedResponse {
             probes: self.probe_force.iter().zip(seen.iter()).map(|(free, held)| free - held).collect(),
             held: &self.held_force - &self.held * &forces,
-            adjoint: inverse.tr_mul(&seen_from),
+            adjoint: solved_transposed(&factor, seen_from)?,
             mounted: mounted.to_vec(),
         };
         for (column, motion) in self.held_force.column_iter().enumerate() {
@@ -364,6 +375,14 @@ impl Receptances {
         };
         response.adjoint.column_iter().zip(change.probe_held.column_iter()).map(per_probe).collect()
     }
+}
+
+/// Solves with the transpose of a matrix that is factored; `None` if it is singular.
+fn solved_transposed(factor: &LU<C, Dyn, Dyn>, mut right: DMatrix<C>) -> Option<DMatrix<C>> {
+    let solved = factor.u().tr_solve_upper_triangular_mut(&mut right)
+        && factor.l().tr_solve_lower_triangular_mut(&mut right);
+    factor.p().inv_permute_rows(&mut right);
+    solved.then_some(right)
 }
 
 /// Subtracts the motion of the housings from the receptances of the probes.
