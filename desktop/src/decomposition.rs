@@ -80,6 +80,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn product_of_a_transpose_over_several_blocks_is_its_sum() {
+        let a = DMatrix::from_fn(2 * BLOCK + 44, 3, |i, j| ((i + 7 * j) as f64).sin());
+        let b = DMatrix::from_fn(2 * BLOCK + 44, 2, |i, j| ((3 * i + j) as f64).cos());
+        let sum = |j: usize, k: usize| (0..a.nrows()).map(|i| a[(i, j)] * b[(i, k)]).sum::<f64>();
+        assert!((transposed_product(&a, &b) - DMatrix::from_fn(3, 2, sum)).amax() < 1e-12);
+    }
+
+    #[test]
     fn what_is_found_makes_up_the_matrix_again() {
         // of Hilbert, as badly conditioned as they come
         let matrix = DMatrix::from_fn(9, 9, |i, j| 1.0 / (1.0 + (i + j) as f64));

@@ -15,11 +15,11 @@ use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::track::{Config, Method, track};
 use rotor_edge_tests::repository;
 
-/// Largest exponent of the responses from the first size of a series to the last: in the amount of data, and in the number of bearings,
-/// each of which brings unknowns and candidates of its own.
+/// Largest exponent of the number of responses, from the first size of a series to the last: in the amount of data, and in the number of
+/// bearings, where every bearing adds unknowns and candidates.
 const OF_DATA: f64 = 1.1;
 const OF_BEARINGS: f64 = 2.0;
-/// Readings of the train.
+/// Number of speeds at which the train is measured.
 const TRAIN_SPEEDS: usize = 40;
 
 fn read(folder: &Path, measured: &str) -> Result<(Rotor, Vec<Reading>)> {

@@ -24,6 +24,10 @@ pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
             (0..rows).filter(blocked).collect()
         };
         let (kept, left) = (part(false), part(true));
+        // of few states some blocks have none, or all
+        if kept.is_empty() || left.is_empty() {
+            continue;
+        }
         let sides = [(base.fitter.part(&kept), kept), (base.fitter.part(&left), left)];
         before.extend(misfits(&sides, &base.hypothesis, &base.fit, &base.drawing)?);
         after.extend(misfits(&sides, &with, &best.fit, best.drawing(base))?);

@@ -1,12 +1,13 @@
 //! Measurements made ready for fitting: what was measured where, how well, and under which known
 //! trial weights.
 
+mod repeats;
+
 use std::collections::BTreeMap;
 
 use nalgebra::Complex;
 
 use super::centreline::{JournalReading, observed};
-use super::repeats;
 use crate::effects::Pattern;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -26,7 +27,7 @@ pub struct FitValue {
     pub measured_m: C,
     /// Standard deviation of each component, m.
     pub sigma_m: f64,
-    /// Of what grows over a run, how much acts at this value per what acts on the mean of its row.
+    /// Ratio of a force that grows over a run, at this value, to its mean over the row.
     pub growth: f64,
 }
 
@@ -50,7 +51,7 @@ pub struct FitRow {
 }
 
 impl FitValue {
-    /// How much of a force acts at this value per what acts on the mean of its row.
+    /// Ratio of a force at this value to its mean over the row.
     pub fn share_of_row(&self, force: Force) -> f64 {
         if force == Force::Pattern(Pattern::GrowingBow) { self.growth } else { 1.0 }
     }

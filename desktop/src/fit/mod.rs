@@ -26,7 +26,6 @@ pub mod problem;
 pub mod progress;
 pub mod projection;
 mod queries;
-mod repeats;
 mod row_groups;
 mod scattered;
 mod supports;

@@ -352,7 +352,7 @@ fn outputs_that_cannot_be_written_are_named() {
 
 #[test]
 fn improve_writes_no_model_beside_an_unknown_cause_unless_asked() {
-    // two runs of a rig one of whose probes is off, in words that no effect of the list has
+    // two runs of a rig one of whose probes is off: too few to name it
     let rig = include_str!("../../../tests/rigs/rk4/rotor.toml");
     let measured = include_str!("../../../tests/rigs/rk4/measured.csv").lines();
     let of_run = |line: &&str| ["run,", "A003,", "A007,"].iter().any(|start| line.starts_with(start));

@@ -113,10 +113,10 @@ impl<T> Walker<T> {
                 proposals.draw(1.0, &mut self.random)
             };
             let lot = self.random.random_range(f64::MIN_POSITIVE..1.0).ln();
-            // steps there and back are equally probable
-            let favour = if local { 0.0 } else { self.point.log_density - drawn.log_density };
+            // of the proposal densities there and back, which are equal for a step
+            let log_ratio = if local { 0.0 } else { self.point.log_density - drawn.log_density };
             if let Some((height, at)) = target(&proposals.x(&drawn))
-                && height - self.height + favour >= lot
+                && height - self.height + log_ratio >= lot
             {
                 (self.height, self.point, self.at) = (height, drawn, at);
                 self.accepted += 1;

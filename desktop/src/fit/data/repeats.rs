@@ -3,11 +3,11 @@
 //! The model says the same of all of them, so that it is computed once, at their mean speed; every value stays and is compared by itself,
 //! with its noise and its correlation. Readings are joined where neither speed nor noise tells them apart.
 
-use super::data::{FitRow, FitValue};
+use super::{FitRow, FitValue};
 
 /// Relative change of the response per relative change of speed, at most: a resonance with two percent of critical damping, 1/ζ.
 const STEEPEST: f64 = 50.0;
-/// Share of its standard deviation that a value may be off by, for the mean speed of the readings instead of its own.
+/// Largest error of a value, in its standard deviations, by the mean speed of the readings instead of its own.
 const UNSEEN: f64 = 0.5;
 /// Standard deviations by which two values of one state differ at most: 1 in 1,000 differ by more.
 const APART: f64 = 3.7;
@@ -93,10 +93,11 @@ mod tests {
 
     #[test]
     fn a_slow_sweep_is_no_row_of_repeats() {
-        // small motion hardly shows the speed: the mean moves on, and the reading that is too far from it begins anew
+        // the larger value allows a relative change of speed of 0.5 · 0.1 µm / (50 · 7 µm) = 1.4e-4 from the mean: one step of 1e-4, and
+        // after it not 1.5e-4
         let sweep = (0..100).map(|k| reading(0, 100.0 * 1.0001_f64.powi(k), 0.0, [5.0, 7.0]));
         let rows = joined(sweep);
         let widest = rows.iter().map(|row| row.readings).max().unwrap();
-        assert!(widest < 6, "{widest}");
+        assert_eq!(widest, 2);
     }
 }
