@@ -2,6 +2,7 @@
 
 use crate::machine::drawing::{
     Bearing, Coefficients, Coupling, Disk, Flexibility, Mount, Physics, Plane, Probe, Rotor, Segment,
+    Tolerance,
 };
 
 fn bearing(name: &str, position_m: f64, k: [f64; 2], c: [f64; 2]) -> Bearing {
@@ -39,13 +40,13 @@ fn steel(length_m: f64, outer_diameter_m: f64) -> Segment {
 /// A uniform shaft of 1 m × 50 mm on soft bearings at its ends.
 pub fn uniform_shaft() -> Rotor {
     Rotor {
-        schema: 1,
+        schema: 2,
         name: "uniform".into(),
         serial: None,
         fastest_rpm: None,
         physics: Physics::default(),
         noise: None,
-        tolerance: None,
+        tolerance: Some(Tolerance::exact()),
         rated: None,
         foundation: None,
         unused: Vec::new(),

@@ -49,7 +49,7 @@ fn denser(readings: &[Reading], count: usize) -> Vec<Reading> {
 
 /// A train of so many equal spans and one bearing more, with probes at its first and last bearing and a balancing plane beside each.
 fn train(bearings: usize) -> Result<Rotor> {
-    let mut text = "schema = 1\nname = \"train\"\n[noise]\nrelative = 0.01\nfloor_um = 0.05\n".to_string();
+    let mut text = "schema = 2\nname = \"train\"\n[tolerance]\nexact = true\n[noise]\nrelative = 0.01\nfloor_um = 0.05\n".to_string();
     let last = bearings - 1;
     for _ in 0..2 * last {
         text += "[[shaft]]\nlength_m = 0.5\nouter_diameter_m = 0.12\n";

@@ -98,7 +98,7 @@ def write(path, t, speeds, shown, decimals):
 
 
 def toml(t):
-    lines = ["schema = 1", f'name = "{t["name"]}"']
+    lines = ["schema = 2", f'name = "{t["name"]}"']
     value = lambda v: f'"{v}"' if isinstance(v, str) else str(v).lower() if isinstance(v, bool) else f"{v:.6g}"
 
     def block(head, d):
@@ -109,7 +109,7 @@ def toml(t):
             elif not isinstance(v, list):
                 lines.append(f"{key} = {value(v)}")
 
-    for key in ("physics", "noise"):
+    for key in ("physics", "noise", "tolerance"):
         block(f"[{key}]", t[key])
     for key in ("shaft", "disk", "bearing", "probe", "plane", "run"):
         for d in t[key]:

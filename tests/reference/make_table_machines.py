@@ -120,7 +120,7 @@ def case(folder, number, effect):
     t = dict(t, run=[dict(name="as-found")], bearing=[dict(b, table=scaled(b["table"], f)) for b, f in zip(t["bearing"], factors)])
     out = folder / f"{number:02}-{kind.replace('_', '-')}-{effect}"
     out.mkdir(parents=True, exist_ok=True)
-    noise = f"\n\n[noise]\nrelative = {RELATIVE}\nfloor_um = {FLOOR_UM}\n"
+    noise = f"\n\n[noise]\nrelative = {RELATIVE}\nfloor_um = {FLOOR_UM}\n\n[tolerance]\nexact = true\n"
     (out / "rotor.toml").write_text(toml_text(out.name, compact(t)).replace("\n\n", noise + "\n", 1))
     make_kits.write(out / "measured.csv", t, speeds, [shown], 4)
     truth = dict(effects=effects, factors=factors, planes_kg_m=[[u.real, u.imag] for _, u in planes], bearings=ends,

@@ -42,8 +42,8 @@ def case(folder, t, effects):
     guesses = [dict(b, stiffness_n_m=guess(b["stiffness_n_m"]), damping_n_s_m=guess(b["damping_n_s_m"])) for b in t["bearing"]]
     t = dict(t, bearing=guesses, run=[dict(name="run-up")])
     folder.mkdir(parents=True, exist_ok=True)
-    noise = f"\n\n[noise]\nrelative = {RELATIVE}\nfloor_um = {FLOOR_UM}\n"
-    (folder / "rotor.toml").write_text(toml_text("four-bearing train", t).replace("\n\n", noise + "\n", 1))
+    noise = f"\n\n[noise]\nrelative = {RELATIVE}\nfloor_um = {FLOOR_UM}\n\n[tolerance]\nexact = true\n"
+    (folder / "rotor.toml").write_text(toml_text("four-bearing train", t).replace("schema = 1", "schema = 2").replace("\n\n", noise + "\n", 1))
     make_kits.write(folder / "measured.csv", t, SPEEDS, [Y], 4)
     (folder / "truth.json").write_text(json.dumps(rounded(dict(effects=effects, planes_kg_m_deg=unbalance)), indent=1) + "\n")
     print(folder.name, "median", np.median(abs(Y)), "um, largest", abs(Y).max())

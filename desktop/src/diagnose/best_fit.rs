@@ -10,7 +10,7 @@ use super::sweep::Sweep;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
-use crate::machine::drawing::{Noise, Rotor};
+use crate::machine::drawing::{Noise, Rotor, Tolerance};
 use crate::measurement::{Reading, by_reading};
 use crate::statistics::scatter::Scatter;
 
@@ -70,12 +70,13 @@ fn fit_and<T>(
     let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     checks::enough(&fitter)?;
     remarks.extend(noise.assumption(rotor));
+    remarks.extend(Tolerance::assumption(rotor));
     let base = BaseModel::fit(&fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     checks::this_machine(rotor, base.relative_error(base.closest()))?;
     remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
     let predicted_m = by_reading(readings, &base.fit.predicted_m);
-    let fitted = as_file(&base.hypothesis, &base.fit);
+    let fitted = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
     remarks.extend(Sweep::of(&fitted, readings, &noise).map(|sweep| sweep.remark));
     let planes = rotor.plane.len();
     let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
@@ -90,7 +91,7 @@ fn fit_and<T>(
     let fit = BestFit {
         determined: PlaneUnbalances::new(names, &unbalance_kg_m, &unbalance_covariance),
         scatter: base.drawing.scatter(),
-        rotor: fitter.corrected(fitted, &base.fit, &base.drawing),
+        rotor: fitted,
         predicted_m,
         unbalance_kg_m,
         unbalance_covariance,

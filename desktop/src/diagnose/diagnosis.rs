@@ -18,7 +18,7 @@ use crate::fit::data::Data;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
 use crate::fit::{Fit, Fitter};
-use crate::machine::drawing::{Noise, Rotor};
+use crate::machine::drawing::{Noise, Rotor, Tolerance};
 use crate::measurement::Reading;
 
 /// That nothing is missing, before there are data.
@@ -70,6 +70,7 @@ pub fn examine<'a>(
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
     remarks.extend(noise.assumption(rotor));
+    remarks.extend(Tolerance::assumption(rotor));
     let base = BaseModel::fit(fitter)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let fitted = FittedValues::of(&base)?;
@@ -142,7 +143,8 @@ impl BaseModel<'_> {
             DiagnosisEvidence { base: self, tried, ranking, unknown, held_out, determined: &determined };
         let least = tried.iter().map(|t| self.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
         checks::this_machine(rotor, least.min(self.relative_error(self.closest())))?;
-        let sweep = Sweep::of(&as_file(&self.hypothesis, &self.fit), readings, &noise);
+        let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
+        let sweep = Sweep::of(&found, readings, &noise);
         let too_fast = match &sweep {
             Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
             _ => false,

@@ -148,24 +148,37 @@ pub struct Noise {
     pub between_runs: Option<f64>,
 }
 
-/// Standard deviations of what the drawing states.
+/// Standard deviations of what the drawing states. A file without them has those that are usual, see
+/// [`Tolerance::holding`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerance {
+    /// Whether the machine is exactly as drawn, as a simulated one is: all that follows is zero.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub exact: bool,
     /// Young's modulus, relative.
+    #[serde(skip_serializing_if = "is_zero")]
     pub modulus_relative: f64,
     /// Outer diameters, relative.
+    #[serde(skip_serializing_if = "is_zero")]
     pub diameter_relative: f64,
     /// Disk masses, relative.
+    #[serde(skip_serializing_if = "is_zero")]
     pub mass_relative: f64,
     /// Disk inertias, relative.
+    #[serde(skip_serializing_if = "is_zero")]
     pub inertia_relative: f64,
     /// Axial positions, m.
+    #[serde(skip_serializing_if = "is_zero")]
     pub position_m: f64,
     /// How far a fit found the machine from its drawing, by what it is about, relative or in m; the file's numbers have it in
     /// them already. Written by the tool; see [`Rotor::as_stated`].
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub found: BTreeMap<String, f64>,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// Ranges that phase I searches for every bearing coefficient.

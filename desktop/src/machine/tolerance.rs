@@ -1,5 +1,5 @@
 //! Drawings are never exact: moduli, diameters, masses, inertias and positions differ from what is
-//! stated, by standard deviations that `[tolerance]` gives.
+//! stated, by standard deviations that `[tolerance]` gives, or by what is usual where it is absent.
 //!
 //! One material makes the whole shaft, so its modulus is one number; every turned diameter, disk and
 //! position is off by itself, and so are the two inertias of a disk, which are computed from different
@@ -109,30 +109,62 @@ pub struct Offsets {
     pub plane_m: Vec<f64>,
 }
 
-/// What is usual of a drawing that states no tolerance: handbook values of moduli scatter by 2 %, weighed masses
-/// and turned diameters by less than computed inertias do.
-const USUAL: Tolerance = Tolerance {
-    modulus_relative: 0.02,
-    diameter_relative: 0.005,
-    mass_relative: 0.02,
-    inertia_relative: 0.05,
-    position_m: 0.0,
-    found: std::collections::BTreeMap::new(),
-};
-/// Usual error of a position over the length of the shaft.
+impl Tolerance {
+    /// Of a machine that is exactly as drawn.
+    pub fn exact() -> Self {
+        Self { exact: true, ..Self::default() }
+    }
+
+    /// What is usual of a drawing that states no tolerance: handbook values of moduli and computed masses scatter by a percent
+    /// or so, turned diameters by much less, inertias computed from several of them by more, and positions by a millimetre, or by
+    /// [`USUAL_POSITION`] of the length of a small machine.
+    fn usual(rotor: &Rotor) -> Self {
+        Self {
+            modulus_relative: 0.01,
+            diameter_relative: 0.002,
+            mass_relative: 0.015,
+            inertia_relative: 0.03,
+            position_m: (USUAL_POSITION * rotor.length_m()).min(1e-3),
+            ..Self::default()
+        }
+    }
+
+    /// The tolerance that a rotor's drawing has: as its file states it, or the usual one.
+    pub fn holding(rotor: &Rotor) -> Self {
+        rotor.tolerance.clone().unwrap_or_else(|| Self::usual(rotor))
+    }
+
+    /// A sentence on the tolerance that is taken, where the rotor's file states none.
+    pub fn assumption(rotor: &Rotor) -> Option<String> {
+        let usual = Self::usual(rotor);
+        let percent = |relative: f64| 100.0 * relative;
+        rotor.tolerance.is_none().then(|| {
+            format!(
+                "The rotor's file has no [tolerance]; usual errors of a drawing were assumed (modulus {} %, diameters {} %, masses \
+                 {} %, inertias {} %, positions {:.1} mm). Of a machine exactly as drawn, state `exact = true` there.",
+                percent(usual.modulus_relative),
+                percent(usual.diameter_relative),
+                percent(usual.mass_relative),
+                percent(usual.inertia_relative),
+                1e3 * usual.position_m,
+            )
+        })
+    }
+}
+
+/// Largest usual error of a position over the length of the shaft.
 const USUAL_POSITION: f64 = 0.003;
 
 impl Deviations {
-    /// Those that are usual where no tolerance is stated.
+    /// Those that are usual, whatever the file states.
     pub fn usual(rotor: &Rotor) -> Self {
-        let position_m = USUAL_POSITION * rotor.length_m();
-        Self::of(&Rotor { tolerance: Some(Tolerance { position_m, ..USUAL }), ..rotor.clone() })
+        Self::of(&Rotor { tolerance: None, ..rotor.clone() })
     }
 
     /// The deviations of a rotor; none where the tolerance is zero.
     pub fn of(rotor: &Rotor) -> Self {
-        let Some(tolerance) = &rotor.tolerance else { return Self { kinds: Vec::new() } };
-        let kinds = Deviation::all(rotor).into_iter().map(|kind| (kind, kind.sd(tolerance)));
+        let tolerance = Tolerance::holding(rotor);
+        let kinds = Deviation::all(rotor).into_iter().map(|kind| (kind, kind.sd(&tolerance)));
         Self { kinds: kinds.filter(|(_, sd)| *sd > 0.0).collect() }
     }
 
@@ -202,12 +234,43 @@ impl Deviations {
 
     /// The rotor's file with its deviations at `t` standard deviations in its numbers, and written down as found.
     pub fn build_into(&self, rotor: &mut Rotor, t: &DVector<f64>) {
-        let Some(mut tolerance) = rotor.tolerance.take() else { return };
+        let mut tolerance = Tolerance::holding(rotor);
         for ((kind, sd), t) in self.kinds.iter().zip(t.iter()) {
             let by = sd * t;
             kind.change(rotor, 1.0 + by, by);
             tolerance.found.insert(kind.name(rotor), by);
         }
         rotor.tolerance = Some(tolerance);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::uniform_shaft;
+
+    #[test]
+    fn drawing_without_tolerance_has_usual_errors() {
+        let rotor = Rotor { tolerance: None, ..uniform_shaft() };
+        let stated = Rotor { tolerance: Some(Tolerance::holding(&rotor)), ..rotor.clone() };
+        let (usual, stated) = (Deviations::of(&rotor), Deviations::of(&stated));
+        assert_eq!(usual.kinds, stated.kinds);
+        assert!(usual.kinds.contains(&(Deviation::Diameter(0), 0.002)));
+        assert!(usual.kinds.contains(&(Deviation::ProbePosition(0), 1e-3)));
+    }
+
+    #[test]
+    fn positions_of_small_machine_are_off_by_less() {
+        let mut rotor = Rotor { tolerance: None, ..uniform_shaft() };
+        rotor.shaft[0].length_m = 0.1;
+        assert!((Tolerance::holding(&rotor).position_m - 3e-4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn exact_drawing_has_no_errors() {
+        let rotor = Rotor { tolerance: Some(Tolerance::exact()), ..uniform_shaft() };
+        assert!(Deviations::of(&rotor).is_empty());
+        assert_eq!(Tolerance::assumption(&rotor), None);
+        assert!(!Deviations::usual(&rotor).is_empty());
     }
 }

@@ -6,7 +6,7 @@ mod foundation;
 use crate::bearing::Law;
 use crate::effects::{entry, physical};
 use crate::error::Error;
-use crate::machine::drawing::{EffectEntry, Rated, Rotor};
+use crate::machine::drawing::{EffectEntry, Rated, Rotor, Tolerance};
 use crate::machine::tolerance::Deviation;
 use crate::measurement::LOWEST_GAP_V;
 use crate::rotor_file::materials::Material;
@@ -309,6 +309,16 @@ fn check_statistics(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         }
     }
     if let Some(t) = &rotor.tolerance {
+        if t.exact && *t != Tolerance::exact() {
+            return c.fail(
+                "[tolerance] exact",
+                "true stands beside errors of the drawing, expected one or the other",
+            );
+        }
+        if rotor.schema < 2 && t.exact {
+            let what = format!("{} does not know [tolerance] exact, expected 2", rotor.schema);
+            return c.fail("schema", what);
+        }
         for (key, value) in [
             ("[tolerance] modulus_relative", t.modulus_relative),
             ("[tolerance] diameter_relative", t.diameter_relative),

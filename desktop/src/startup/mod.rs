@@ -29,7 +29,7 @@ use nalgebra::Complex;
 
 use crate::compare::{SIGNIFICANCE, upper_tail};
 use crate::error::{Error, StartupError};
-use crate::machine::drawing::{Noise, Rotor};
+use crate::machine::drawing::{Noise, Rotor, Tolerance};
 use crate::measurement::Reading;
 
 use estimate::{CombinedEstimates, RunEstimates};
@@ -128,6 +128,7 @@ pub fn startup(rotor: &Rotor, readings: &[Reading], options: &Options) -> Result
     let runs = RunUp::all(rotor, readings);
     let mut remarks = Vec::new();
     remarks.extend(noise.assumption(rotor));
+    remarks.extend(Tolerance::assumption(rotor));
     for name in &options.unknown_weights {
         remarks.push(format!(
             "The weight of run {name} has no angle_deg: its resonance is evaluated, but nothing is predicted for it."

@@ -22,9 +22,10 @@ type C = nalgebra::Complex<f64>;
 /// A flexible shaft with two wheels between bearings that differ, and one outside of them; a run as found and one with a
 /// trial weight.
 const MACHINE: &str = r#"
-schema = 1
+schema = 2
 name = "three wheels"
 noise = { relative = 0.01, floor_um = 0.05 }
+tolerance = { exact = true }
 shaft = [{ length_m = 1.4, outer_diameter_m = 0.09 }]
 disk = [
   { name = "wheel 1", position_m = 0.45, mass_kg = 30.0, diametral_inertia_kg_m2 = 0.3, polar_inertia_kg_m2 = 0.55 },

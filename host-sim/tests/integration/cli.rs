@@ -125,7 +125,7 @@ fn bad_rotors_are_refused_with_the_key_and_what_was_expected() {
         assert!(good.contains(from), "{from}");
         refusal(&good.replacen(from, to, 1), sample::RECORD)
     };
-    assert_says(&change("schema = 1", "schema = 3"), &["rotor.toml", "schema", "expected 1 to 2"]);
+    assert_says(&change("schema = 2", "schema = 3"), &["rotor.toml", "schema", "expected 1 to 2"]);
     assert_says(&change("[physics]", "colour = 3\n[physics]"), &["line", "colour"]);
     assert_says(&change("length_m = 0.08", "length_m = -0.08"), &["[[shaft]] 1 length_m", "-0.08"]);
     assert_says(&change("length_m = 0.08", "length_m = 80.0"), &["[[shaft]] 1 length_m", "50"]);

@@ -28,7 +28,7 @@ pub mod without_model;
 use nalgebra::{Complex, DVector};
 
 use crate::error::Error;
-use crate::machine::drawing::Rotor;
+use crate::machine::drawing::{Rotor, Tolerance};
 use crate::measurement::Reading;
 use crate::unbalance::region::UnbalanceRegion;
 use condition::ConditionReport;
@@ -156,6 +156,7 @@ pub fn estimate(
     }
     refuted.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let mut remarks = mountings.remarks.clone();
+    remarks.extend(Tolerance::assumption(rotor));
     if judge.is_none() && !options.trust_weights {
         remarks.push("The runs with stated weights are too few to tell a wrong weight by the others.".into());
     }

@@ -8,7 +8,7 @@ use crate::machine::place::SpeedLaw;
 #[test]
 fn constant_force_at_coupled_end_is_found_with_law_and_size() {
     let mut rotor = machine();
-    rotor.tolerance = None;
+    rotor.tolerance = Some(Tolerance::exact());
     let data = measured(&rotor, &run_up(40), &["coupling_force"], &DVector::zeros(0));
     let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &data));
     let h = Hypothesis::drawn(&rotor, fitter.scales(None));
@@ -42,7 +42,7 @@ fn constant_force_at_coupled_end_is_found_with_law_and_size() {
 #[test]
 fn unknown_force_gives_no_better_fit_to_complete_model() {
     let mut rotor = machine();
-    rotor.tolerance = None;
+    rotor.tolerance = Some(Tolerance::exact());
     let data = measured(&rotor, &run_up(40), &[], &DVector::zeros(0));
     let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &data));
     let h = Hypothesis::drawn(&rotor, fitter.scales(None));
@@ -69,7 +69,7 @@ fn ranked(drawn: &Rotor, readings: &[Reading]) -> Vec<(f64, Assumption)> {
 #[test]
 fn speed_stiffened_bearings_rank_stiffness_at_bearings_first() {
     let mut rotor = machine();
-    rotor.tolerance = None;
+    rotor.tolerance = Some(Tolerance::exact());
     let data = measured(&rotor, &run_up(40), &["speed_dependent_stiffness"], &DVector::zeros(0));
     let ranked = ranked(&rotor, &data);
     let bearings: Vec<f64> = rotor.bearing.iter().map(|b| b.position_m).collect();
@@ -79,7 +79,7 @@ fn speed_stiffened_bearings_rank_stiffness_at_bearings_first() {
 #[test]
 fn small_modulus_error_ranks_drawing_first_and_is_named() {
     let mut built = machine();
-    built.tolerance = None;
+    built.tolerance = Some(Tolerance::exact());
     let mut drawn = built.clone();
     drawn.shaft.iter_mut().for_each(|s| s.youngs_modulus_pa /= 1.004);
     let data = measured(&built, &run_up(40), &[], &DVector::zeros(0));
