@@ -352,6 +352,7 @@ fn one_hidden_effect_is_named_first_or_in_its_group() {
 mod slow {
     mod film;
     mod noise;
+    mod ordinary;
     mod table_machines;
     mod train;
 

@@ -10,7 +10,7 @@ use nalgebra::Complex;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use rotor_edge_desktop::balance::estimate::{EstimateOptions, RunEstimate, RunEstimates, estimate};
-use rotor_edge_desktop::diagnose::{DiagnosisVerdict, improve};
+use rotor_edge_desktop::diagnose::{DiagnosisVerdict, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
@@ -137,6 +137,23 @@ fn leave_one_out_finds_weights_and_refutes_impossible_ones() {
     assert!((0.90..=0.98).contains(&kept.share_held()), "{kept}");
     let [slow, fast] = [0, 1].map(|i| found.determined.conditions[i].condition);
     assert!((16.0..19.0).contains(&slow) && (23.0..26.0).contains(&fast), "{slow} and {fast}");
+}
+
+#[test]
+fn probe_that_is_off_is_named_though_more_is_missing() {
+    let (mut rotor, mut readings) = rig();
+    let kept = |name: &str| ["A003", "A007"].contains(&name);
+    rotor.run.retain(|run| kept(&run.name));
+    readings.retain(|reading| reading.run.as_deref().is_some_and(kept));
+    let found = diagnose(&rotor, &readings).unwrap();
+    // the influence of each disk at P1X is 0.56 of that at P1Y and 60 to 65° off a quarter turn, over all runs and without a model
+    assert_eq!(found.verdict, DiagnosisVerdict::Unknown, "{}", found.summary);
+    assert!(
+        found.summary.starts_with("Probe P1X does not show what the others do: gain 0."),
+        "{}",
+        found.summary
+    );
+    assert!(found.summary.contains("improve --without P1X"), "{}", found.summary);
 }
 
 /// What is unseen while the rest is learned from, fold by fold, and the RMSE allowed: an eighth of the circle by the angle of the heavier weight; one of

@@ -16,6 +16,7 @@ mod diagnosis;
 mod evidence;
 mod held_out;
 mod improve;
+mod instruments;
 mod parameters;
 mod planes;
 mod rank;

@@ -2,6 +2,7 @@
 
 use super::answer::{DiagnosisVerdict, HeldOut, SURE};
 use super::base::{BaseModel, CandidateFit};
+use super::instruments::{SuspectProbe, suspect};
 use super::parameters;
 use super::planes::PlaneUnbalances;
 use super::rank::{Ranking, explains};
@@ -118,7 +119,13 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             return conclude(DiagnosisVerdict::Undecided, why, left, true);
         }
         let probable = percent(self.ranking.probabilities[0]);
-        conclude(DiagnosisVerdict::Missing, format!("{label} is missing ({probable} probable)."), left, true)
+        let why = match best.misreading(base) {
+            Some(words) => {
+                format!("{words} ({probable} probable). With that allowed for, the model is adequate.")
+            }
+            None => format!("{label} is missing ({probable} probable)."),
+        };
+        conclude(DiagnosisVerdict::Missing, why, left, true)
     }
 
     /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
@@ -157,9 +164,15 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 candidate_fits: false,
             });
         }
-        let summary = format!(
+        let mut summary = format!(
             "An effect is missing that no known effect explains, nor two together (χ² per value {misfit:.2}, noise: 1)."
         );
+        if let Some(SuspectProbe { name, words, probability }) = suspect(base, self.tried, self.unknown)? {
+            let probable = percent(probability);
+            summary = format!(
+                "{words} ({probable} probable); `improve --without {name}` goes on without it. Beside that: {summary}"
+            );
+        }
         Ok(Conclusion {
             verdict: DiagnosisVerdict::Unknown,
             summary,

@@ -255,6 +255,12 @@ pub trait Effect: Sync {
         let _ = (rotor, place, parameters, scales, terms);
     }
 
+    /// What it says of the instruments, in words without a stop; `None` of an effect of the machine itself. `parameters` are in
+    /// SI, in the order of [`Effect::parameters`].
+    fn misreading(&self, _rotor: &Rotor, _place: Place, _parameters: &[f64]) -> Option<String> {
+        None
+    }
+
     fn knowledge(&self) -> Knowledge;
 }
 

@@ -35,6 +35,15 @@ impl Effect for ProbeCalibration {
         terms.gains[p] *= Complex::from_polar(gain, phase);
     }
 
+    fn misreading(&self, rotor: &Rotor, place: Place, parameters: &[f64]) -> Option<String> {
+        let &[gain, phase_rad] = parameters else { return None };
+        let off_deg = Complex::from_polar(1.0, phase_rad).arg().to_degrees();
+        Some(format!(
+            "Probe {} does not show what the others do: gain {gain:.2}, {off_deg:.0}° off",
+            place.name(rotor)?
+        ))
+    }
+
     fn knowledge(&self) -> Knowledge {
         Knowledge {
             what: "One probe shows the motion too large or too small, or turned by an angle, at every speed alike; the \

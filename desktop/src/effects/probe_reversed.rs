@@ -26,6 +26,13 @@ impl Effect for ProbeReversed {
         }
     }
 
+    fn misreading(&self, rotor: &Rotor, place: Place, _: &[f64]) -> Option<String> {
+        Some(format!(
+            "Probe {} shows the opposite of what the others do: its sign is reversed",
+            place.name(rotor)?
+        ))
+    }
+
     fn knowledge(&self) -> Knowledge {
         Knowledge {
             what: "One probe shows the right motion with the wrong sign, half a turn off at every speed.",

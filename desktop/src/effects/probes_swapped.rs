@@ -25,6 +25,10 @@ impl Effect for ProbesSwapped {
         }
     }
 
+    fn misreading(&self, rotor: &Rotor, place: Place, _: &[f64]) -> Option<String> {
+        Some(format!("The two probes of bearing {} are exchanged", place.name(rotor)?))
+    }
+
     fn knowledge(&self) -> Knowledge {
         Knowledge {
             what: "The two probes at one bearing are exchanged: each column holds what the other probe sees, and \
