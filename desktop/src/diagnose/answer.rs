@@ -108,6 +108,8 @@ pub struct Diagnosis {
     pub saturated: bool,
     /// Whether the misfit is that of a run that swept too fast for a steady response.
     pub too_fast: bool,
+    /// The probe that does not show what the others do, where the summary says so of one.
+    pub bad_probe: Option<String>,
     /// The check on left-out speeds, where there was something to check.
     pub held_out: Option<HeldOut>,
     /// What to measure next, where the data cannot decide.

@@ -106,6 +106,7 @@ fn verdict(evidence: &DiagnosisEvidence, too_fast: bool) -> Result<Conclusion, E
             "A run changed speed too fast for a steady response, which explains the misfit. No effect is claimed."
                 .into();
         said.candidate_fits = false;
+        said.bad_probe = None;
     }
     Ok(said)
 }
@@ -149,7 +150,7 @@ impl BaseModel<'_> {
             Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
             _ => false,
         };
-        let Conclusion { verdict, mut summary, scatter, outside, candidate_fits } =
+        let Conclusion { verdict, mut summary, scatter, outside, candidate_fits, bad_probe } =
             verdict(&evidence, too_fast)?;
         if let Some(alike) = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined) {
             summary += &format!(" {alike}");
@@ -183,6 +184,7 @@ impl BaseModel<'_> {
             indistinguishable: ranking.groups.clone(),
             saturated: false,
             too_fast,
+            bad_probe,
             held_out,
             advice,
             remarks,
@@ -266,6 +268,7 @@ impl BaseModel<'_> {
             indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
             saturated: true,
             too_fast: false,
+            bad_probe: None,
             held_out: None,
             advice,
             remarks,

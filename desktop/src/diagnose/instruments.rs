@@ -1,4 +1,4 @@
-//! Instruments that do not show what is there: said in their own words, and judged before anything is said of the machine.
+//! Instruments that do not show what is there, said in their own words, and a probe judged beside an unknown cause.
 
 use super::answer::SURE;
 use super::base::{BaseModel, CandidateFit};
@@ -7,6 +7,7 @@ use super::rank::OUTSIDE;
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
 use crate::machine::place::Place;
+use crate::statistics::significance::percent;
 
 /// Candidates of the machine itself that a probe is compared with, strongest first.
 const RIVALS: usize = 4;
@@ -19,8 +20,19 @@ impl CandidateFit {
         self.placed.effect.misreading(base.fitter.rotor, self.placed.place, &real)
     }
 
+    /// That it is missing, so probable, and nothing beside it.
+    pub fn missing_in_words(&self, base: &BaseModel, probability: f64) -> String {
+        let probable = percent(probability);
+        match self.misreading(base) {
+            Some(words) => {
+                format!("{words} ({probable} probable). With that allowed for, the model is adequate.")
+            }
+            None => format!("{} is missing ({probable} probable).", self.placed.label(base.fitter.rotor)),
+        }
+    }
+
     /// The probe that it is about, if it is one.
-    fn probe(&self, base: &BaseModel) -> Option<String> {
+    pub fn probe(&self, base: &BaseModel) -> Option<String> {
         let Place::Probe(p) = self.placed.place else { return None };
         self.misreading(base).and(base.fitter.rotor.probe.get(p)).map(|probe| probe.name.clone())
     }
@@ -45,7 +57,8 @@ pub fn suspect(
     unknown: &UnknownCauseFit,
 ) -> Result<Option<SuspectProbe>, Error> {
     let places = 2.0 * (tried.len().max(1) as f64).ln();
-    let alone = unknown.evidence + 2.0 * OUTSIDE.ln();
+    let outside = 2.0 * OUTSIDE.ln();
+    let alone = unknown.evidence + outside;
     // evidence of those that were not settled is none to compare by
     let settled = || tried.iter().filter(|t| t.disqualified.is_none() && t.own_drawing.is_some());
     let suspects: Vec<&CandidateFit> =
@@ -55,7 +68,8 @@ pub fn suspect(
     }
     let rivals = settled().filter(|t| t.probe(base).is_none()).take(RIVALS);
     let with_unknown = |t: &CandidateFit| -> Result<f64, Error> {
-        Ok(t.evidence - places + UnknownCauseFit::beside_candidate(base, t)?.evidence.max(0.0))
+        let beside = UnknownCauseFit::beside_candidate(base, t)?.evidence + outside;
+        Ok(t.evidence - places + beside.max(0.0))
     };
     let others: Vec<f64> = rivals.map(with_unknown).collect::<Result<_, Error>>()?;
     let own: Vec<f64> = suspects.iter().map(|t| with_unknown(t)).collect::<Result<_, Error>>()?;

@@ -36,6 +36,8 @@ pub struct Conclusion {
     pub outside: f64,
     /// Whether the model with the best candidate, or one of its rivals, describes the data.
     pub candidate_fits: bool,
+    /// The probe that does not show what the others do, if the summary says so of one.
+    pub bad_probe: Option<String>,
 }
 
 impl<'a> DiagnosisEvidence<'a, '_> {
@@ -47,7 +49,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let scatter = base.drawing.scatter();
         let Ranking { nothing_missing, unknown, .. } = *self.ranking;
         let conclude = |verdict, summary, scatter, candidate_fits| {
-            Ok(Conclusion { verdict, summary, scatter, outside: unknown, candidate_fits })
+            Ok(Conclusion { verdict, summary, scatter, outside: unknown, candidate_fits, bad_probe: None })
         };
         let say = |verdict, summary, scatter| conclude(verdict, summary, scatter, false);
         let misfit = base.closest().chi2_per_value();
@@ -59,14 +61,8 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                     "No known effect explains the misfit, and the residual is not the stated noise ({noise}). Either the noise \
                      differs from the stated noise, or an unknown effect is missing."
                 );
-                let outside = nothing_missing + unknown;
-                return Ok(Conclusion {
-                    verdict: DiagnosisVerdict::Unknown,
-                    summary: why,
-                    scatter,
-                    outside,
-                    candidate_fits: false,
-                });
+                let said = say(DiagnosisVerdict::Unknown, why, scatter)?;
+                return Ok(Conclusion { outside: nothing_missing + unknown, ..said });
             }
             if let Some(reason) = self.reason_not_to_use().filter(|_| nothing_missing >= 0.5) {
                 let why = format!(
@@ -118,14 +114,9 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             );
             return conclude(DiagnosisVerdict::Undecided, why, left, true);
         }
-        let probable = percent(self.ranking.probabilities[0]);
-        let why = match best.misreading(base) {
-            Some(words) => {
-                format!("{words} ({probable} probable). With that allowed for, the model is adequate.")
-            }
-            None => format!("{label} is missing ({probable} probable)."),
-        };
-        conclude(DiagnosisVerdict::Missing, why, left, true)
+        let why = best.missing_in_words(base, self.ranking.probabilities[0]);
+        let said = conclude(DiagnosisVerdict::Missing, why, left, true)?;
+        Ok(Conclusion { bad_probe: best.probe(base), ..said })
     }
 
     /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
@@ -162,16 +153,15 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 scatter: with.drawing.scatter(),
                 outside,
                 candidate_fits: false,
+                bad_probe: None,
             });
         }
         let mut summary = format!(
             "An effect is missing that no known effect explains, nor two together (χ² per value {misfit:.2}, noise: 1)."
         );
-        if let Some(SuspectProbe { name, words, probability }) = suspect(base, self.tried, self.unknown)? {
-            let probable = percent(probability);
-            summary = format!(
-                "{words} ({probable} probable); `improve --without {name}` goes on without it. Beside that: {summary}"
-            );
+        let bad = suspect(base, self.tried, self.unknown)?;
+        if let Some(SuspectProbe { words, probability, .. }) = &bad {
+            summary = format!("{words} ({} probable). Beside that: {summary}", percent(*probability));
         }
         Ok(Conclusion {
             verdict: DiagnosisVerdict::Unknown,
@@ -179,6 +169,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             scatter: self.unknown.best.scatter,
             outside,
             candidate_fits: false,
+            bad_probe: bad.map(|bad| bad.name),
         })
     }
 }

@@ -67,6 +67,12 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
     let output::Measured { rotor, data, runout } = &arguments.measured;
     let (rotor, data) = (shell::path(rotor), shell::path(data));
     let with = |words: &str, command: String| (words.to_string(), Some(format!("rotor-edge {command}")));
+    if let Some(probe) = found.bad_probe.as_deref().map(shell::word) {
+        return with(
+            "inspect the probe, and go on without it",
+            format!("improve {rotor} {data}{runout} --without {probe} -o better.toml"),
+        );
+    }
     match (found.verdict, found.candidates.first()) {
         (DiagnosisVerdict::Undecided, _) if found.too_fast => {
             ("measure a slower run-up, at the rate stated above.".into(), None)

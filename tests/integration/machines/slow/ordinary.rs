@@ -45,6 +45,7 @@ fn hidden_effect_off_an_ordinary_drawing_is_named() {
         if m.truth_label() == "probe_calibration@BX" {
             let said = "Probe BX does not show what the others do: gain ";
             assert!(answer.summary.starts_with(said), "{}", answer.summary);
+            assert_eq!(answer.bad_probe.as_deref(), Some("BX"));
         }
     }
 }
