@@ -1,4 +1,4 @@
-//! Instruments that do not show what is there, said in their own words, and a probe judged beside an unknown cause.
+//! Faults of probes: the sentence that names one, and how a probe is judged when an unknown cause is present too.
 
 use super::answer::SURE;
 use super::base::{BaseModel, CandidateFit};
@@ -13,14 +13,14 @@ use crate::statistics::significance::percent;
 const RIVALS: usize = 4;
 
 impl CandidateFit {
-    /// What is said of an instrument with it, without a stop; `None` of an effect of the machine.
+    /// The sentence on the probe that this effect describes, without a full stop; `None` for an effect of the machine.
     pub fn misreading(&self, base: &BaseModel) -> Option<String> {
         let with = base.hypothesis.with(self.placed);
         let (real, _) = parameters::split(&with, &self.fit).pop()?;
         self.placed.effect.misreading(base.fitter.rotor, self.placed.place, &real)
     }
 
-    /// That it is missing, so probable, and nothing beside it.
+    /// The summary of a diagnosis in which this effect, and nothing else, is missing.
     pub fn missing_in_words(&self, base: &BaseModel, probability: f64) -> String {
         let probable = percent(probability);
         match self.misreading(base) {

@@ -1,4 +1,4 @@
-//! What a drawing is good for, as a user is told of it.
+//! The tolerance of a drawing: the usual one is assumed and told, an exact one is believed, a contradiction is refused.
 
 use super::{Case, json};
 use crate::program::{assert_says, refusal, rotor_edge};
@@ -7,7 +7,7 @@ use rotor_edge_desktop::rotor_file;
 const FAN: &str = include_str!("../../../../tests/machines/ordinary/fan-002-none/rotor.toml");
 const FAN_DATA: &str = include_str!("../../../../tests/machines/ordinary/fan-002-none/measured.csv");
 
-/// The sound fan, with what its file says of its drawing.
+/// A sound fan; the `[tolerance]` table of its file is `tolerance`.
 fn fan(tolerance: &str) -> Case {
     Case::new(&FAN.replacen("[noise]", &format!("{tolerance}\n[noise]"), 1), FAN_DATA)
 }

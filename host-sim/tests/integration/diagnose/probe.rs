@@ -1,4 +1,4 @@
-//! A probe that does not show what the others do, as a user is told of it.
+//! A probe with a wrong gain: `diagnose` names it, and `improve --without` goes on without it.
 
 use super::Case;
 use crate::program::{assert_says, rotor_edge};
