@@ -25,3 +25,15 @@ pub fn rad_s(speed_rpm: f64) -> f64 {
 pub fn rpm(speed_rad_s: f64) -> f64 {
     speed_rad_s * 30.0 / std::f64::consts::PI
 }
+
+/// A number as it would be written in the file, to four digits.
+pub(crate) fn figure(value: f64) -> String {
+    let magnitude = value.abs();
+    if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
+        return format!("{value:.3e}");
+    }
+    let digits =
+        if magnitude < 1e-12 { 0 } else { (3 - magnitude.log10().floor() as i32).clamp(0, 6) as usize };
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}

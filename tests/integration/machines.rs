@@ -351,6 +351,7 @@ fn one_hidden_effect_is_named_first_or_in_its_group() {
 /// What only `tests/all` runs.
 mod slow {
     mod film;
+    mod mistakes;
     mod noise;
     mod ordinary;
     mod table_machines;

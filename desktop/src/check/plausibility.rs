@@ -10,12 +10,14 @@ use crate::check::system::System;
 use crate::machine::drawing::{Bearing, Disk, Rotor};
 use crate::shaft::statics::Statics;
 use crate::shaft::structure::segment_at;
-use crate::units::{rad_s, rpm, same_place};
+use crate::units::{figure, rad_s, rpm, same_place};
 
 /// A bearing that sinks by more than this under its load is softer than any machine's, m.
 const DEEPEST_SAG_M: f64 = 2e-3;
 /// Stiffer than this is a weld, N/m.
 const STIFFEST_N_M: f64 = 2e11;
+/// A shaft that sags by more than this part of the distance between its outer bearings: machines are made ten times as stiff.
+const MOST_SAG: f64 = 2e-3;
 /// Damping of a bearing at running speed relative to its stiffness.
 const MOST_DAMPED: f64 = 100.0;
 /// Names of the direct coefficients along x and y.
@@ -51,6 +53,7 @@ pub fn warnings(known: &CheckContext) -> Vec<String> {
     for d in &known.rotor.disk {
         disk(known, d, shaft_kg, &mut all);
     }
+    all.extend(known.statics.and_then(|statics| sag(known.rotor, statics)));
     bearings(known, &mut all);
     speed(known, &mut all);
     probes_and_planes(known, &mut all);
@@ -106,6 +109,19 @@ fn shaft(rotor: &Rotor, all: &mut Vec<String>) {
             figure(thickest)
         ));
     }
+}
+
+fn sag(rotor: &Rotor, statics: &Statics) -> Option<String> {
+    let [first_m, last_m] = rotor.span_m();
+    let deepest_m = statics.sag_m.iter().copied().fold(0.0, f64::max);
+    (deepest_m > MOST_SAG * (last_m - first_m)).then(|| {
+        format!(
+            "The shaft sags by {} mm under its own weight, {:.2} % of the distance between its bearings; usual are 0.05 % or less. Are \
+             the outer_diameter_m radii?",
+            figure(1e3 * deepest_m),
+            100.0 * deepest_m / (last_m - first_m)
+        )
+    })
 }
 
 fn disk(known: &CheckContext, d: &Disk, shaft_kg: f64, all: &mut Vec<String>) {
@@ -345,16 +361,4 @@ fn probes_and_planes(known: &CheckContext, all: &mut Vec<String>) {
             ));
         }
     }
-}
-
-/// A number as it would be written in the file, to four digits.
-fn figure(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude != 0.0 && !(1e-3..1e6).contains(&magnitude) {
-        return format!("{value:.3e}");
-    }
-    let digits =
-        if magnitude < 1e-12 { 0 } else { (3 - magnitude.log10().floor() as i32).clamp(0, 6) as usize };
-    let text = format!("{value:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }

@@ -110,6 +110,8 @@ pub struct Diagnosis {
     pub too_fast: bool,
     /// The probe that does not show what the others do, where the summary says so of one.
     pub bad_probe: Option<String>,
+    /// The mistake in the files that explains the misfit better than any effect, if one does.
+    pub mistake: Option<SuspectedMistake>,
     /// The check on left-out speeds, where there was something to check.
     pub held_out: Option<HeldOut>,
     /// What to measure next, where the data cannot decide.
@@ -135,8 +137,21 @@ impl Diagnosis {
     /// is claimed of any.
     pub fn named(&self) -> Option<&Candidate> {
         let claimed = matches!(self.verdict, DiagnosisVerdict::Missing | DiagnosisVerdict::Undecided);
-        self.candidates.first().filter(|_| claimed && !self.saturated && !self.too_fast)
+        self.candidates
+            .first()
+            .filter(|_| claimed && !self.saturated && !self.too_fast && self.mistake.is_none())
     }
+}
+
+/// A mistake in the rotor's file or the measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SuspectedMistake {
+    /// What is probably wrong, without a full stop.
+    pub words: String,
+    /// Probability that this is what is wrong; `None` where the size of the numbers alone shows it.
+    pub probability: Option<f64>,
+    /// χ² per measured real number without it, where that was fitted.
+    pub chi2_per_value: Option<f64>,
 }
 
 /// A measurement that would tell rivals apart.

@@ -48,8 +48,8 @@ pub struct BaseModel<'a> {
 }
 
 /// The model of a file as a hypothesis: its effects refitted along with bearings and planes, but for those of runs that
-/// the data do not hold.
-fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error> {
+/// the data do not hold; and where to start from.
+fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, [Vec<f64>; 3]), Error> {
     let rotor = fitter.rotor;
     let mut hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
     let mut x = hypothesis.bearings.stated();
@@ -64,20 +64,54 @@ fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, Vec<f64>), Error>
         x.extend(scaled.iter().zip(&values).map(|(p, v)| p.scale.from_si(*v)));
         hypothesis = hypothesis.with(PlacedEffect { effect, place });
     }
-    Ok((hypothesis, x))
+    let (bearings, effects) = x.split_at(hypothesis.bearings.count());
+    let shifted = |stiffness: f64, damping: f64| {
+        [&hypothesis.bearings.shifted(bearings, stiffness, damping), effects].concat()
+    };
+    let starts = [x.clone(), shifted(0.35, -0.35), shifted(-0.35, 0.35)];
+    Ok((hypothesis, starts))
+}
+
+/// The fit of a hypothesis where candidates are searched.
+struct SearchFit<'a> {
+    hypothesis: Hypothesis<'a>,
+    /// On the drawing as stated, with no allowance for its errors.
+    fit: Fit,
+    exact: Drawing,
+    /// The drawing's errors taken as linear around the drawing as stated, and the fit with them.
+    around: Drawing,
+    there: Fit,
+}
+
+impl<'a> SearchFit<'a> {
+    fn of(fitter: &Fitter<'a>, hypothesis: Hypothesis<'a>, starts: &[Vec<f64>]) -> Result<Self, Error> {
+        let exact = fitter.exact_drawing();
+        let hypothesis = Hypothesis { scales: fitter.scales(None), ..hypothesis };
+        let rough = fitter.fit(&hypothesis, starts, &exact, Effort::Search, Some(&fitter.still()))?;
+        let hypothesis = Hypothesis { scales: fitter.scales(Some(&rough)), ..hypothesis };
+        let x =
+            rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
+        let fit = fitter.fit(&hypothesis, &[x], &exact, Effort::Search, Some(&rough.amplitudes))?;
+        let around = fitter.around_the_stated(&hypothesis, &fit)?;
+        let start = [fit.x.clone()];
+        let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
+        Ok(Self { hypothesis, fit, exact, around, there })
+    }
 }
 
 impl<'a> BaseModel<'a> {
     /// Fits the model of the file: bearings, planes and its effects' parameters.
     pub fn fit(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
-        let (hypothesis, x) = of_file(fitter)?;
-        let (bearings, effects) = x.split_at(hypothesis.bearings.count());
-        let shifted = |stiffness: f64, damping: f64| {
-            [&hypothesis.bearings.shifted(bearings, stiffness, damping), effects].concat()
-        };
-        let starts = [x.clone(), shifted(0.35, -0.35), shifted(-0.35, 0.35)];
+        let (hypothesis, starts) = of_file(fitter)?;
         let stated = hypothesis.effects.len();
         Self::fit_base(fitter, hypothesis, stated, starts)
+    }
+
+    /// What the model of the file costs in the search, where it is compared with others of the same data.
+    pub fn search_cost(fitter: &'a Fitter<'a>) -> Result<f64, Error> {
+        let (hypothesis, starts) = of_file(fitter)?;
+        let SearchFit { around, there, .. } = SearchFit::of(fitter, hypothesis, &starts)?;
+        Ok(fitter.cost_under_own_scatter(&there, &around))
     }
 
     /// Fits a hypothesis, of whose effects the file states the first so many, from these starts, taking the drawing's errors anew around each fit.
@@ -87,17 +121,9 @@ impl<'a> BaseModel<'a> {
         stated: usize,
         starts: impl AsRef<[Vec<f64>]>,
     ) -> Result<Self, Error> {
-        let mut drawing = fitter.exact_drawing();
-        let hypothesis = Hypothesis { scales: fitter.scales(None), ..hypothesis };
-        let rough =
-            fitter.fit(&hypothesis, starts.as_ref(), &drawing, Effort::Search, Some(&fitter.still()))?;
-        let hypothesis = Hypothesis { scales: fitter.scales(Some(&rough)), ..hypothesis };
-        let x =
-            rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
-        let mut fit = fitter.fit(&hypothesis, &[x], &drawing, Effort::Search, Some(&rough.amplitudes))?;
-        let around = fitter.around_the_stated(&hypothesis, &fit)?;
-        let start = [fit.x.clone()];
-        let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
+        let SearchFit { hypothesis, fit, exact: mut drawing, around, there } =
+            SearchFit::of(fitter, hypothesis, starts.as_ref())?;
+        let mut fit = fit;
         if !fitter.drawing_is_exact() {
             (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search)?;
         }

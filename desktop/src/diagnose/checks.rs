@@ -85,6 +85,18 @@ pub fn beyond_grade(rotor: &Rotor, unbalance_kg_m: &[Complex<f64>]) -> Option<St
     })
 }
 
+/// A residual far smaller than the stated noise: four standard deviations of how far that is trusted.
+pub fn far_below_noise(base: &BaseModel) -> Option<String> {
+    let scale = base.closest().chi2_per_value().sqrt();
+    (scale.ln() < -4.0 * base.fitter.stated_log_sd()).then(|| {
+        format!(
+            "The readings scatter by {:.0} % of the stated noise. Either [noise] states too much, or the amplitudes are in a larger unit \
+             than µm 0-pk (mils, mm or m).",
+            100.0 * scale
+        )
+    })
+}
+
 /// Whether a fit would end while somebody waits for it.
 ///
 /// # Errors

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::answer::{Candidate, Diagnosis, DiagnosisVerdict, SURE};
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
+use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
 use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
@@ -78,7 +79,7 @@ pub fn examine<'a>(
         let diagnosis = base.undecidable(why, noise, remarks, fitted);
         return Ok(DiagnosisRun { diagnosis, base, weighed: None });
     }
-    let weighed = base.weighed()?;
+    let weighed = base.weighed(readings, &noise)?;
     let diagnosis = base.decided(&weighed, readings, noise, remarks, fitted)?;
     Ok(DiagnosisRun { diagnosis, base, weighed: Some(weighed) })
 }
@@ -106,7 +107,7 @@ fn verdict(evidence: &DiagnosisEvidence, too_fast: bool) -> Result<Conclusion, E
             "A run changed speed too fast for a steady response, which explains the misfit. No effect is claimed."
                 .into();
         said.candidate_fits = false;
-        said.bad_probe = None;
+        (said.bad_probe, said.mistake) = (None, None);
     }
     Ok(said)
 }
@@ -121,6 +122,7 @@ fn lag_explains(sweep: &Sweep, rotor: &Rotor, readings: &[Reading]) -> Result<bo
 pub struct ModelComparison {
     pub tried: Vec<CandidateFit>,
     pub unknown: UnknownCauseFit,
+    pub mistaken: MistakeComparison,
     pub ranking: Ranking,
 }
 
@@ -135,28 +137,40 @@ impl BaseModel<'_> {
         FittedValues { determined, bearings }: FittedValues,
     ) -> Result<Diagnosis, Error> {
         let rotor = self.fitter.rotor;
-        let ModelComparison { tried, unknown, ranking } = weighed;
+        let ModelComparison { tried, unknown, mistaken, ranking } = weighed;
         let held_out = match tried.first() {
             Some(best) if ranking.nothing_missing < SURE => Some(held_out::check(self, best)?),
             _ => None,
         };
-        let evidence =
-            DiagnosisEvidence { base: self, tried, ranking, unknown, held_out, determined: &determined };
+        let unit = mistaken_unit(rotor, readings, &self.fit.unknowns[..rotor.plane.len()]);
+        let evidence = DiagnosisEvidence {
+            base: self,
+            tried,
+            ranking,
+            unknown,
+            mistaken,
+            unit: unit.as_ref(),
+            held_out,
+            determined: &determined,
+        };
         let least = tried.iter().map(|t| self.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
-        checks::this_machine(rotor, least.min(self.relative_error(self.closest())))?;
+        if ranking.mistakes.iter().all(|p| *p < 0.5) {
+            checks::this_machine(rotor, least.min(self.relative_error(self.closest())))?;
+        }
         let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
         let sweep = Sweep::of(&found, readings, &noise);
         let too_fast = match &sweep {
             Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
             _ => false,
         };
-        let Conclusion { verdict, mut summary, scatter, outside, candidate_fits, bad_probe } =
+        let Conclusion { verdict, mut summary, scatter, outside, candidate_fits, bad_probe, mistake } =
             verdict(&evidence, too_fast)?;
         if let Some(alike) = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined) {
             summary += &format!(" {alike}");
         }
         remarks.extend(sweep.map(|sweep| sweep.remark));
-        let asks = verdict == DiagnosisVerdict::Undecided && !too_fast;
+        remarks.extend(checks::far_below_noise(self));
+        let asks = verdict == DiagnosisVerdict::Undecided && !too_fast && mistake.is_none();
         let advice = if asks { advice::between_fits(self, tried, ranking, &noise) } else { Vec::new() };
         if asks && advice.is_empty() {
             remarks.push(advice::another_kind(self));
@@ -165,7 +179,9 @@ impl BaseModel<'_> {
             if verdict == DiagnosisVerdict::Missing { tried.first().map(|t| &t.fit) } else { None };
         remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&self.fit).unknowns));
         let (refuted, of_runs) = match tried.first() {
-            Some(best) if !too_fast => self.of_runs(best, verdict, ranking.probabilities[0], candidate_fits),
+            Some(best) if !too_fast && mistake.is_none() => {
+                self.of_runs(best, verdict, ranking.probabilities[0], candidate_fits)
+            }
             _ => (Vec::new(), Vec::new()),
         };
         remarks.extend(of_runs);
@@ -185,6 +201,7 @@ impl BaseModel<'_> {
             saturated: false,
             too_fast,
             bad_probe,
+            mistake,
             held_out,
             advice,
             remarks,
@@ -217,12 +234,18 @@ impl BaseModel<'_> {
         }
     }
 
-    /// Compares known effects, an unknown cause, and no missing effect by their evidence.
-    pub fn weighed(&self) -> Result<ModelComparison, Error> {
+    /// Compares known effects, an unknown cause, mistakes in the files, and no missing effect by their evidence. Mistakes are not
+    /// sought where probably nothing is missing.
+    pub fn weighed(&self, readings: &[Reading], noise: &Noise) -> Result<ModelComparison, Error> {
         let tried = self.try_all()?;
         let unknown = UnknownCauseFit::beside(self)?;
-        let ranking = rank::rank(self, &tried, tried.len(), Some(unknown.evidence));
-        Ok(ModelComparison { tried, unknown, ranking })
+        let ranking = |mistaken| rank::rank(self, &tried, tried.len(), Some(unknown.evidence), mistaken);
+        let (mut mistaken, mut weighed) = (MistakeComparison::none(), ranking(None));
+        if weighed.nothing_missing < PRIOR {
+            mistaken = MistakeComparison::beside(self, readings, noise)?;
+            weighed = ranking(Some(&mistaken));
+        }
+        Ok(ModelComparison { tried, unknown, mistaken, ranking: weighed })
     }
 
     /// The answer where bearings and planes alone use all degrees of freedom of the data: anything is possible.
@@ -269,6 +292,7 @@ impl BaseModel<'_> {
             saturated: true,
             too_fast: false,
             bad_probe: None,
+            mistake: None,
             held_out: None,
             advice,
             remarks,
@@ -326,11 +350,11 @@ impl BaseModel<'_> {
         }
         // an unknown cause alone often rules it out, before any candidate is fitted
         let unknown = UnknownCauseFit::beside(self)?;
-        let at_most = rank::rank(self, &[], 0, Some(unknown.evidence)).nothing_missing;
+        let at_most = rank::rank(self, &[], 0, Some(unknown.evidence), None).nothing_missing;
         if at_most < NEGLIGIBLE {
             return Ok(at_most);
         }
         let tried = self.try_all()?;
-        Ok(rank::rank(self, &tried, tried.len(), Some(unknown.evidence)).nothing_missing)
+        Ok(rank::rank(self, &tried, tried.len(), Some(unknown.evidence), None).nothing_missing)
     }
 }

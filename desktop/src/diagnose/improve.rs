@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::answer::{Candidate, DiagnosisVerdict, SURE};
+use super::answer::{Candidate, DiagnosisVerdict, SURE, SuspectedMistake};
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit, same};
 use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine};
@@ -113,6 +113,8 @@ pub struct ImprovementOutcome {
     pub bearings: Vec<BearingParameter>,
     /// Nature of a cause outside the list, where one is probable.
     pub unknown: Option<UnknownCause>,
+    /// The mistake in the files that explains the misfit better than any effect; no effect is added then.
+    pub mistake: Option<SuspectedMistake>,
     /// Runs whose stated weights are not true, by the effects that were added.
     pub refuted: Vec<RefutedRun>,
     /// Differences of single runs by the added effects, one sentence each.
@@ -163,13 +165,14 @@ pub fn improve_telling(
         determined: at_start.determined,
         bearings: at_start.bearings,
         unknown: at_start.unknown,
+        mistake: at_start.mistake,
         refuted: Vec::new(),
         remarks: Vec::new(),
     };
     let Some(ModelComparison { tried, unknown, .. }) = weighed else { return Ok(outcome) };
     let nothing_known =
         matches!(at_start.verdict, DiagnosisVerdict::Adequate | DiagnosisVerdict::NotDetermined);
-    if nothing_known || at_start.too_fast || at_start.nothing_missing >= SURE {
+    if nothing_known || at_start.too_fast || outcome.mistake.is_some() || at_start.nothing_missing >= SURE {
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
         return Ok(outcome);
     }

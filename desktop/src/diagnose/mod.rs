@@ -17,6 +17,8 @@ mod evidence;
 mod held_out;
 mod improve;
 mod instruments;
+mod mistaken;
+mod mistakes;
 mod parameters;
 mod planes;
 mod rank;
@@ -29,7 +31,7 @@ mod verdict;
 
 pub use crate::receptance::update::solved_responses;
 pub use crate::statistics::scatter::Scatter;
-pub use answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE};
+pub use answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE, SuspectedMistake};
 pub use best_fit::{BestFit, best_fit, judged_fit};
 pub use diagnosis::{diagnose, diagnose_telling};
 pub use improve::{Improvement, ImprovementOutcome, ImprovementStep, add, improve, improve_telling};

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use super::answer::{RIVAL, SURE};
 use super::base::{BaseModel, CandidateFit};
+use super::mistaken::MistakeComparison;
 use crate::decomposition::singular_values;
 use crate::effects::Place;
 use crate::statistics::scatter::Scatter;
@@ -15,6 +16,8 @@ const VISIBLE: f64 = 1.0;
 
 /// Prior share of missing effects that are not in the list, which covers most known ones.
 pub const OUTSIDE: f64 = 0.1;
+/// Prior share of misfits that are a mistake in the files and no effect at all.
+const MISTAKEN: f64 = 0.1;
 /// Label of a cause outside the list in a group that the data cannot tell apart.
 pub const NONE_OF_THESE: &str = "none of these";
 
@@ -25,6 +28,8 @@ pub struct Ranking {
     pub nothing_missing: f64,
     /// That something outside the list is missing.
     pub unknown: f64,
+    /// That the files hold each mistake, in their order.
+    pub mistakes: Vec<f64>,
     /// Labels that the data cannot tell apart, the best one's group first.
     pub groups: Vec<Vec<String>>,
     /// How many of the first candidates rival the best.
@@ -36,11 +41,19 @@ pub struct Ranking {
 /// parameters, switched off in `[physics]`, is there on every real shaft, and the question is only whether it
 /// shows: it starts from even odds too, where the data could show it at all. What the data say is the evidence of each, [`crate::statistics::evidence`];
 /// `unknown` is that of an unknown cause. `places` is how many candidates there are, those that were passed over included.
-pub fn rank(base: &BaseModel, tried: &[CandidateFit], places: usize, unknown: Option<f64>) -> Ranking {
+/// Mistakes in the files share [`MISTAKEN`] of the half where the model is not all there is.
+pub fn rank(
+    base: &BaseModel,
+    tried: &[CandidateFit],
+    places: usize,
+    unknown: Option<f64>,
+    mistaken: Option<&MistakeComparison>,
+) -> Ranking {
     let allowed = |t: &&CandidateFit| t.disqualified.is_none();
     let places = places.max(1) as f64;
     let known = tried.iter().filter(allowed).map(|t| t.evidence);
-    let top = known.chain(unknown).fold(0.0, f64::max);
+    let mistakes = mistaken.map_or(&[][..], |all| &all.fits);
+    let top = known.chain(unknown).chain(mistakes.iter().map(|m| m.evidence)).fold(0.0, f64::max);
     let nothing = (-0.5 * top).exp();
     let weight = |t: &CandidateFit| {
         let switch = t.placed.place == Place::Machine && t.fit.effect_unknowns == base.fit.effect_unknowns;
@@ -52,19 +65,25 @@ pub fn rank(base: &BaseModel, tried: &[CandidateFit], places: usize, unknown: Op
     };
     let weights: Vec<f64> = tried.iter().map(weight).collect();
     let outside = unknown.map_or(0.0, |delta| OUTSIDE * (0.5 * (delta - top)).exp());
-    let total = nothing + outside + weights.iter().sum::<f64>();
+    let share = MISTAKEN / mistaken.map_or(1, |all| all.possible.max(1)) as f64;
+    let mistakes: Vec<f64> = mistakes.iter().map(|m| share * (0.5 * (m.evidence - top)).exp()).collect();
+    let total = nothing + outside + weights.iter().chain(&mistakes).sum::<f64>();
+    let mistakes: Vec<f64> = mistakes.iter().map(|w| w / total).collect();
     let probabilities: Vec<f64> = weights.iter().map(|w| w / total).collect();
     let unknown = outside / total;
-    let best = probabilities.first().copied().unwrap_or(0.0).max(unknown);
+    let best = probabilities.iter().take(1).chain(&mistakes).fold(unknown, |most, p| most.max(*p));
     let rivals = probabilities.iter().take_while(|p| **p >= RIVAL * best && **p > 0.0).count();
     let nothing_missing = nothing / total;
     let mut labels: Vec<String> = tried[..rivals].iter().map(|t| t.placed.label(base.fitter.rotor)).collect();
     if unknown >= RIVAL * best {
         labels.push(NONE_OF_THESE.to_string());
     }
+    let rotor = base.fitter.rotor;
+    let fits = mistaken.iter().flat_map(|all| &all.fits).zip(&mistakes);
+    labels.extend(fits.filter(|(_, p)| **p >= RIVAL * best).map(|(m, _)| m.mistake.label(rotor)));
     let claimed = nothing_missing < SURE && labels.len() > 1;
     let groups = if claimed { vec![labels] } else { Vec::new() };
-    Ranking { probabilities, nothing_missing, unknown, groups, rivals }
+    Ranking { probabilities, nothing_missing, unknown, mistakes, groups, rivals }
 }
 
 /// Whether data like these would show an effect without parameters. There is no size to it: what speaks for it when it is there is

@@ -5,7 +5,7 @@
 //! fit to all takes a few steps.
 
 use crate::error::Error;
-use crate::fit::data::{Amplitudes, FitRow};
+use crate::fit::data::Amplitudes;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fit, Fitter};
 
@@ -29,7 +29,8 @@ impl<'a> Screening<'a> {
     /// # Errors
     /// If the machine is singular.
     pub fn beside(all: &Fitter<'a>, model: &Hypothesis, fit: &Fit) -> Result<Option<Self>, Error> {
-        let chosen = chosen(&all.data.rows);
+        let runs: Vec<usize> = all.data.rows.iter().map(|row| row.run).collect();
+        let chosen = chosen(&runs);
         if 2 * chosen.len() > all.data.rows.len() {
             return Ok(None);
         }
@@ -54,14 +55,13 @@ impl<'a> Screening<'a> {
     }
 }
 
-/// Rows of every run, spread evenly over it.
-fn chosen(rows: &[FitRow]) -> Vec<usize> {
-    let runs = rows.iter().map(|row| row.run + 1).max().unwrap_or(0);
-    let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); runs];
-    rows.iter().enumerate().for_each(|(r, row)| of_run[row.run].push(r));
+/// Some of many readings, whose runs these are: of every run, spread evenly over it.
+pub fn chosen(runs: &[usize]) -> Vec<usize> {
+    let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); runs.iter().max().map_or(0, |last| last + 1)];
+    runs.iter().enumerate().for_each(|(r, run)| of_run[*run].push(r));
     let mut chosen: Vec<usize> = Vec::new();
     for own in of_run {
-        let share = (ENOUGH * own.len()).div_ceil(rows.len());
+        let share = (ENOUGH * own.len()).div_ceil(runs.len());
         let many = share.max(LEAST_OF_RUN).min(own.len());
         chosen.extend((0..many).map(|k| own[k * (own.len() - 1) / (many - 1).max(1)]));
     }
@@ -75,17 +75,8 @@ mod tests {
 
     #[test]
     fn screened_readings_hold_both_ends_of_every_run() {
-        let row = |run| FitRow {
-            run,
-            listed: None,
-            readings: 1,
-            speed_rad_s: 1.0,
-            run_share: 0.0,
-            added: Vec::new(),
-            values: Vec::new(),
-        };
-        let rows: Vec<FitRow> = [0; 900].into_iter().chain([1; 5]).chain([2]).map(row).collect();
-        let chosen = chosen(&rows);
+        let runs: Vec<usize> = [0; 900].into_iter().chain([1; 5]).chain([2]).collect();
+        let chosen = chosen(&runs);
         let of_first = chosen.iter().filter(|r| **r < 900).count();
         assert!((ENOUGH - 2..=ENOUGH).contains(&of_first), "{of_first}");
         assert_eq!((chosen[0], chosen[of_first - 1]), (0, 899));

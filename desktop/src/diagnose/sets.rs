@@ -52,7 +52,7 @@ fn best_set<'a>(
     while added < effects {
         let mut tried = vec![beam.sets[0].try_likely()?];
         let places = beam.sets[0].possible().len();
-        if rank(&beam.sets[0], &tried[0], places, None).nothing_missing >= SURE {
+        if rank(&beam.sets[0], &tried[0], places, None, None).nothing_missing >= SURE {
             break;
         }
         for set in &beam.sets[1..] {

@@ -1,8 +1,9 @@
 //! The verdict on the evidence, in one word and one sentence.
 
-use super::answer::{DiagnosisVerdict, HeldOut, SURE};
+use super::answer::{DiagnosisVerdict, HeldOut, SURE, SuspectedMistake};
 use super::base::{BaseModel, CandidateFit};
 use super::instruments::{SuspectProbe, suspect};
+use super::mistaken::MistakeComparison;
 use super::parameters;
 use super::planes::PlaneUnbalances;
 use super::rank::{Ranking, explains};
@@ -22,6 +23,10 @@ pub struct DiagnosisEvidence<'a, 'b> {
     pub ranking: &'b Ranking,
     /// An unknown cause beside the model.
     pub unknown: &'b UnknownCauseFit,
+    /// Mistakes in the files beside it.
+    pub mistaken: &'b MistakeComparison,
+    /// A unit that the sizes alone show to be wrong.
+    pub unit: Option<&'b SuspectedMistake>,
     pub held_out: Option<HeldOut>,
     /// Unbalances of the planes of the model.
     pub determined: &'b PlaneUnbalances,
@@ -38,6 +43,8 @@ pub struct Conclusion {
     pub candidate_fits: bool,
     /// The probe that does not show what the others do, if the summary says so of one.
     pub bad_probe: Option<String>,
+    /// The mistake in the files that the summary names.
+    pub mistake: Option<SuspectedMistake>,
 }
 
 impl<'a> DiagnosisEvidence<'a, '_> {
@@ -49,11 +56,33 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let scatter = base.drawing.scatter();
         let Ranking { nothing_missing, unknown, .. } = *self.ranking;
         let conclude = |verdict, summary, scatter, candidate_fits| {
-            Ok(Conclusion { verdict, summary, scatter, outside: unknown, candidate_fits, bad_probe: None })
+            Ok(Conclusion {
+                verdict,
+                summary,
+                scatter,
+                outside: unknown,
+                candidate_fits,
+                bad_probe: None,
+                mistake: None,
+            })
         };
         let say = |verdict, summary, scatter| conclude(verdict, summary, scatter, false);
         let misfit = base.closest().chi2_per_value();
         let probable = percent(nothing_missing);
+        if let Some(mistake) = self.mistake() {
+            let why = match mistake.probability {
+                Some(p) => format!(
+                    "{} ({} probable). Without that mistake the model is adequate; no effect is claimed.",
+                    mistake.words,
+                    percent(p)
+                ),
+                None => format!("{}. No effect is claimed.", mistake.words),
+            };
+            return Ok(Conclusion {
+                mistake: Some(mistake),
+                ..say(DiagnosisVerdict::Undecided, why, scatter)?
+            });
+        }
         if nothing_missing >= SURE {
             let noise = noise_in_words(&scatter, misfit);
             if !explains(&scatter, base) {
@@ -119,6 +148,20 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         Ok(Conclusion { bad_probe: best.probe(base), ..said })
     }
 
+    /// The mistake in the files that is more probable than all effects and unknown causes together, and leaves nothing but noise.
+    fn mistake(&self) -> Option<SuspectedMistake> {
+        if let Some(unit) = self.unit {
+            return Some(unit.clone());
+        }
+        let all = self.mistaken.fits.iter().zip(&self.ranking.mistakes).filter(|(m, _)| m.explains);
+        let (fit, probability) = all.max_by(|a, b| a.1.total_cmp(b.1))?;
+        (*probability > 0.5).then(|| SuspectedMistake {
+            words: fit.mistake.words(self.base.fitter.rotor, fit.by),
+            probability: Some(*probability),
+            chi2_per_value: Some(fit.chi2_per_value),
+        })
+    }
+
     /// Why a model that fits is not to be used: its planes are not determined, or an effect that the file states is one that physics
     /// does not allow.
     fn reason_not_to_use(&self) -> Option<String> {
@@ -154,6 +197,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 outside,
                 candidate_fits: false,
                 bad_probe: None,
+                mistake: None,
             });
         }
         let mut summary = format!(
@@ -170,6 +214,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             outside,
             candidate_fits: false,
             bad_probe: bad.map(|bad| bad.name),
+            mistake: None,
         })
     }
 }

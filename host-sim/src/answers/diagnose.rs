@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rotor_edge_desktop::diagnose::{
     Advice, Candidate, Diagnosis, FittedParameter, HeldOut, Improvement, ImprovementOutcome, ImprovementStep,
-    RefutedRun,
+    RefutedRun, SuspectedMistake,
 };
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -44,9 +44,32 @@ pub struct DiagnosisAnswer {
     pub unknown: Option<UnknownCauseAnswer>,
     #[serde(serialize_with = "alphabetical")]
     pub refuted_runs: Vec<RefutedRunAnswer>,
+    /// Name of the probe that does not show what the others do, where the summary says so of one.
+    pub bad_probe: Option<String>,
+    /// The mistake in the rotor's file or the measurement that the summary names.
+    #[serde(serialize_with = "alphabetical")]
+    pub mistake: Option<MistakeAnswer>,
     /// The candidate that is claimed, or the first of the rivals; none where nothing is claimed of any.
     #[serde(skip)]
     pub named: Option<CandidateAnswer>,
+}
+
+/// A mistake in the rotor's file or the measurement that explains the misfit better than any effect.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MistakeAnswer {
+    /// What is probably wrong.
+    pub words: String,
+    /// None where the size of the numbers alone shows it.
+    pub probability: Option<f64>,
+    /// Of the model without the mistake, where that was fitted.
+    pub chi2_per_value: Option<f64>,
+}
+
+impl From<&SuspectedMistake> for MistakeAnswer {
+    fn from(found: &SuspectedMistake) -> Self {
+        let SuspectedMistake { words, probability, chi2_per_value } = found.clone();
+        Self { words, probability, chi2_per_value }
+    }
 }
 
 /// An effect at a place, as the data would have it.
@@ -178,7 +201,9 @@ pub struct ImprovementAnswer {
     pub unknown: Option<UnknownCauseAnswer>,
     pub refuted_runs: Vec<RefutedRunAnswer>,
     pub remarks: Vec<String>,
-    /// Whether the model was written; one that lacks an unknown cause only if asked.
+    /// The mistake in the files for which no effect was added.
+    pub mistake: Option<MistakeAnswer>,
+    /// Whether the model was written; one that lacks an unknown cause or holds a mistake only if asked.
     pub written: bool,
     /// Candidates of the first diagnosis, most probable first.
     #[serde(skip)]
@@ -203,6 +228,8 @@ impl From<&Diagnosis> for DiagnosisAnswer {
             bearings: found.bearings.iter().map(IdentifiedCoefficient::from).collect(),
             unknown: found.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&found.refuted),
+            bad_probe: found.bad_probe.clone(),
+            mistake: found.mistake.as_ref().map(MistakeAnswer::from),
             named: found.named().map(CandidateAnswer::from),
         }
     }
@@ -320,6 +347,7 @@ impl From<&ImprovementOutcome> for ImprovementAnswer {
             unknown: outcome.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&outcome.refuted),
             remarks: outcome.remarks.clone(),
+            mistake: outcome.mistake.as_ref().map(MistakeAnswer::from),
             written: false,
             candidates_before: outcome.candidates_before.iter().map(CandidateAnswer::from).collect(),
         }

@@ -55,8 +55,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let outcome = outcome?;
     let mut answer = ImprovementAnswer::from(&outcome);
     answer.remarks.extend(not_used(&rotor));
-    answer.written = arguments.even_so || outcome.verdict != DiagnosisVerdict::Unknown;
-    let next = next(arguments, outcome.verdict);
+    answer.written =
+        arguments.even_so || outcome.verdict != DiagnosisVerdict::Unknown && outcome.mistake.is_none();
+    let next = next(arguments, &outcome);
     let fits =
         arguments.form.report.as_ref().map(|_| fits(&rotor, &readings, &outcome, &answer)).transpose()?;
     if answer.written {
@@ -76,6 +77,10 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (words, command) = next;
     if answer.written {
         say!("\nWritten to {}.", arguments.output.display());
+    } else if answer.mistake.is_some() {
+        say!(
+            "\nNothing is written: correct the mistake first. --even-so writes the model with the mistake in it."
+        );
     } else {
         say!(
             "\nNothing is written: without the unknown cause no model predicts this machine. --even-so writes it as far as it goes."
@@ -93,7 +98,7 @@ fn not_used(rotor: &Rotor) -> Option<String> {
 }
 
 /// What to do, and the command for it.
-fn next(arguments: &Arguments, verdict: DiagnosisVerdict) -> (String, String) {
+fn next(arguments: &Arguments, outcome: &ImprovementOutcome) -> (String, String) {
     let path = shell::path(&arguments.output);
     let diagnose = |path: String| {
         format!(
@@ -102,7 +107,11 @@ fn next(arguments: &Arguments, verdict: DiagnosisVerdict) -> (String, String) {
             arguments.measured.runout
         )
     };
-    match verdict {
+    if outcome.mistake.is_some() {
+        let words = "correct the rotor's file or the measurement, and diagnose it again";
+        return (words.into(), diagnose(shell::path(&arguments.measured.rotor)));
+    }
+    match outcome.verdict {
         DiagnosisVerdict::Adequate => (
             "follow the unbalance through a record of days".into(),
             format!("rotor-edge track {path} RECORD.csv"),

@@ -2,6 +2,7 @@
 //! loop on the sample, and one clear sentence for each bad input.
 
 mod drawing;
+mod mistakes;
 mod probe;
 mod refuted;
 

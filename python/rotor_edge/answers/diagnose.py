@@ -59,6 +59,18 @@ class Advice(Record):
     repeats: int
 
 
+@dataclass(frozen=True, eq=False)
+class Mistake(Record):
+    """A mistake in the rotor's file or the measurement that explains the misfit better than any effect."""
+
+    words: str
+    """What is probably wrong."""
+    probability: float | None
+    """None where the size of the numbers alone shows it."""
+    chi2_per_value: float | None
+    """Of the model without the mistake, where that was fitted."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Answer):
     """Which effect is missing; ``verdict`` is adequate, not_determined, missing, undecided or unknown."""
@@ -79,6 +91,10 @@ class Diagnosis(Answer):
     """As fitted."""
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
+    bad_probe: str | None
+    """Name of the probe that does not show what the others do, where the summary says so of one."""
+    mistake: Mistake | None
+    """The mistake in the rotor's file or the measurement that the summary names."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -141,7 +157,9 @@ class Improvement(Answer):
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
     remarks: tuple[str, ...]
+    mistake: Mistake | None
+    """The mistake in the files for which no effect was added."""
     written: bool
-    """Whether the model was written; one that lacks an unknown cause only if asked."""
+    """Whether the model was written; one that lacks an unknown cause or holds a mistake only if asked."""
     rotor: Rotor | None = field(kw_only=True)
     """The better model; None if it was not written."""

@@ -73,6 +73,12 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
             format!("improve {rotor} {data}{runout} --without {probe} -o better.toml"),
         );
     }
+    if found.mistake.is_some() {
+        return with(
+            "correct the rotor's file or the measurement, and diagnose it again",
+            format!("diagnose {rotor} {data}{runout}"),
+        );
+    }
     match (found.verdict, found.candidates.first()) {
         (DiagnosisVerdict::Undecided, _) if found.too_fast => {
             ("measure a slower run-up, at the rate stated above.".into(), None)
