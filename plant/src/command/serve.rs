@@ -7,7 +7,7 @@ use anyhow::{Context as _, Result, bail};
 use clap::Args;
 
 use super::on_signal;
-use crate::live::serve;
+use crate::live::{Admission, serve};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -19,6 +19,9 @@ pub struct Arguments {
     /// A file whose first line is a token: who knows it may say on a machine's page that an alarm was seen [default: nobody may]
     #[arg(long, value_name = "FILE")]
     token: Option<PathBuf>,
+    /// A name by which the server is opened, beside localhost and its addresses; may be given several times
+    #[arg(long, value_name = "NAME")]
+    host: Vec<String>,
 }
 
 /// Shortest token, characters.
@@ -42,7 +45,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     let stop = on_signal()?;
     let token = arguments.token.as_deref().map(token).transpose()?;
-    serve(store.clone(), arguments.listen, token.as_deref(), &stop, |address| {
+    let admission = Admission { token: token.as_deref(), hosts: &arguments.host };
+    serve(store.clone(), arguments.listen, admission, &stop, |address| {
         println!("http://{address}/ shows all monitors of {}; Ctrl-C ends it.", store.display());
     })
 }

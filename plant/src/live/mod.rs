@@ -14,8 +14,11 @@
 //! | `/metrics` | the same for Prometheus |
 
 pub mod alarm;
+mod connection;
 pub mod glance;
+mod guesses;
 mod history;
+mod host;
 mod jobs;
 mod machine;
 mod metrics;
@@ -33,6 +36,7 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::http::header;
+use axum::middleware;
 use axum::routing::{get, post};
 use jiff::Timestamp;
 use tokio::net::TcpListener;
@@ -42,6 +46,7 @@ use tokio::sync::watch;
 use crate::store::{Newest, Store};
 use alarm::{Acknowledged, Key};
 use glance::Glance;
+use host::Hosts;
 use served::Served;
 
 /// Between two looks into the store: a quarter of what a reader may wait.
@@ -49,15 +54,23 @@ const LOOK: Duration = Duration::from_millis(500);
 /// Threads that read the store for pages, so that many readers leave the machine to others.
 const READERS: usize = 4;
 
-/// Serves until `stop` rises. Who knows the `token` may acknowledge alarms; without one nobody may. `opened` hears where, once
-/// that is known.
+/// Who may ask, and what for.
+#[derive(Debug, Clone, Copy)]
+pub struct Admission<'a> {
+    /// Who knows it may acknowledge alarms; without one nobody may.
+    pub token: Option<&'a str>,
+    /// Names of the server beside `localhost` and addresses.
+    pub hosts: &'a [String],
+}
+
+/// Serves until `stop` rises. `opened` hears where, once that is known.
 ///
 /// # Errors
 /// If the store cannot be read at first, or the address not be had.
 pub fn serve(
     path: PathBuf,
     address: SocketAddr,
-    token: Option<&str>,
+    admission: Admission<'_>,
     stop: &AtomicBool,
     opened: impl FnOnce(SocketAddr),
 ) -> Result<()> {
@@ -70,8 +83,9 @@ pub fn serve(
         .block_on(TcpListener::bind(address))
         .with_context(|| format!("{address}: cannot be listened at"))?;
     opened(listener.local_addr()?);
-    let routes = routes(Served::new(seen, path, token));
-    runtime.spawn(async move { axum::serve(listener, routes).await });
+    let hosts = middleware::from_fn_with_state(Hosts::new(admission.hosts), host::check);
+    let routes = routes(Served::new(seen, path, admission.token)).layer(hosts);
+    runtime.spawn(connection::serve(listener, routes));
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(LOOK);
         // while a store cannot be read, what was told last grows old, and everybody falls silent

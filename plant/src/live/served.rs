@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context as _, Result};
-use axum::extract::{Form, Path as Words, Query, State};
+use axum::extract::{Extension, Form, FromRequest as _, Path as Words, Query, Request, State};
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{Html, IntoResponse, Redirect, Response};
@@ -21,7 +21,9 @@ use serde::Deserialize;
 use sha2::{Digest as _, Sha256};
 use tokio::sync::watch;
 
+use super::connection::Peer;
 use super::glance::Glance;
+use super::guesses::{Guess, Guesses};
 use super::{alarm, jobs as job_page, machine as machine_page, metrics, now_us, page, trends};
 use crate::item::plain_word;
 use crate::store::Store;
@@ -38,8 +40,8 @@ const HOURS: [(f64, &str); 4] = [(1.0, "hour"), (24.0, "day"), (168.0, "week"), 
 const USUAL_HOURS: f64 = 24.0;
 /// Longest time that figures can be asked for, h: ten years.
 const MOST_HOURS: f64 = 87_600.0;
-/// Whoever guesses a token waits so long for each.
-const WRONG_TOKEN: Duration = Duration::from_secs(1);
+/// A form that is not whole after so long is refused.
+const FORM_TIME: Duration = Duration::from_secs(10);
 
 /// What everybody who answers needs.
 #[derive(Clone)]
@@ -48,6 +50,7 @@ pub struct Served {
     store: Arc<Path>,
     /// SHA-256 of the token, so that comparing takes no time that tells of it.
     token: Option<[u8; 32]>,
+    guesses: Guesses,
 }
 
 /// Plant, bus and node in a path.
@@ -57,7 +60,7 @@ type PageResult<T = Response> = std::result::Result<T, Failure>;
 impl Served {
     /// With what the monitors say now, and the store for the rest.
     pub fn new(seen: watch::Receiver<Arc<Vec<Glance>>>, store: PathBuf, token: Option<&str>) -> Self {
-        Self { seen, store: store.into(), token: token.map(digest) }
+        Self { seen, store: store.into(), token: token.map(digest), guesses: Guesses::default() }
     }
 
     /// What a look into the store gives, taken where nobody waits for it.
@@ -282,15 +285,26 @@ pub struct AcknowledgeForm {
 pub async fn acknowledge(
     State(served): State<Served>,
     Words(words): MachinePath,
-    Form(seen): Form<AcknowledgeForm>,
+    Extension(Peer(client)): Extension<Peer>,
+    request: Request,
 ) -> PageResult<Redirect> {
     let Some(token) = served.token else {
         let text = "This server only reads: it was started without --token.";
         return Err(Failure::Refused(StatusCode::FORBIDDEN, text));
     };
-    if digest(&seen.token) != token {
-        tokio::time::sleep(WRONG_TOKEN).await;
-        return Err(Failure::Refused(StatusCode::FORBIDDEN, "Another token is expected."));
+    let Ok(form) = tokio::time::timeout(FORM_TIME, Form::from_request(request, &())).await else {
+        return Err(Failure::Refused(StatusCode::REQUEST_TIMEOUT, "The form did not come in time."));
+    };
+    let Ok(Form(seen)): std::result::Result<Form<AcknowledgeForm>, _> = form else {
+        return Err(Failure::Refused(StatusCode::BAD_REQUEST, "The form of a machine's page is expected."));
+    };
+    match served.guesses.judge(client, || digest(&seen.token) == token).await {
+        Guess::Right => {}
+        Guess::Wrong => return Err(Failure::Refused(StatusCode::FORBIDDEN, "Another token is expected.")),
+        Guess::Refused => {
+            let text = "Too many tokens at once: try one after the other.";
+            return Err(Failure::Refused(StatusCode::TOO_MANY_REQUESTS, text));
+        }
     }
     let Some(who) = alarm::name(&seen.who).map(String::from) else {
         let text = "A name is expected, of one line and at most 80 characters.";

@@ -60,6 +60,39 @@ fn asked(address: &str, request: &str) -> (String, String) {
 }
 
 #[test]
+fn request_that_names_another_host_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    drop(Store::open(&path).unwrap());
+    let (_program, address) = served(&path, &["--host", "plant-server"]);
+    let status = |host: &str| {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        write!(stream, "GET / HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n\r\n").unwrap();
+        let mut text = String::new();
+        stream.read_to_string(&mut text).unwrap();
+        text.split(' ').nth(1).unwrap().to_string()
+    };
+    for host in [address.as_str(), "localhost:8370", "plant-server:8370"] {
+        assert_eq!(status(host), "200", "{host}");
+    }
+    assert_eq!(status("evil.example"), "421");
+}
+
+#[test]
+fn client_that_never_ends_its_request_is_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.db");
+    drop(Store::open(&path).unwrap());
+    let (_program, address) = served(&path, &[]);
+    let mut half = TcpStream::connect(&address).unwrap();
+    half.set_read_timeout(Some(PATIENCE)).unwrap();
+    write!(half, "GET / HTTP/1.1\r\nhost: {address}").unwrap();
+    let mut said = Vec::new();
+    assert_eq!(half.read_to_end(&mut said).unwrap(), said.len(), "the server ends it");
+}
+
+#[test]
 fn who_looks_sees_the_worst_first_and_is_told_of_a_change() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("plant.db");
