@@ -34,6 +34,8 @@ fn steel(length_m: f64, outer_diameter_m: f64) -> Segment {
         youngs_modulus_pa: 2.08e11,
         density_kg_m3: 7850.0,
         poisson_ratio: 0.3,
+        shear_coefficient: None,
+        axial_force_n: 0.0,
     }
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::curve::Curve;
 use super::dynamic_coefficients::DynamicCoefficients;
-use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, Role, role, unit, within};
+use super::law::{BearingLaw, COLUMNS, LawUnknown, PRIOR_LOG_SD, Role, STIFFEST_N_M, role, unit, within};
 use super::support::SupportLaw;
 use crate::statistics::scale::Scale;
 
@@ -223,13 +223,13 @@ impl BearingLaw for Constant {
 
     fn check(&self) -> Result<(), (String, String)> {
         for (name, m, [low, high], unit) in [
-            ("stiffness_n_m", &self.stiffness_n_m, [1.0, 1e13], "N/m"),
+            ("stiffness_n_m", &self.stiffness_n_m, [1.0, STIFFEST_N_M], "N/m"),
             ("damping_n_s_m", &self.damping_n_s_m, [0.0, 1e10], "N·s/m"),
         ] {
             within(&format!("{name}.xx"), m.xx, [low, high], unit)?;
             within(&format!("{name}.yy"), m.yy, [low, high], unit)?;
-            within(&format!("{name}.xy"), m.xy, [-1e13, 1e13], "")?;
-            within(&format!("{name}.yx"), m.yx, [-1e13, 1e13], "")?;
+            within(&format!("{name}.xy"), m.xy, [-STIFFEST_N_M, STIFFEST_N_M], "")?;
+            within(&format!("{name}.yx"), m.yx, [-STIFFEST_N_M, STIFFEST_N_M], "")?;
         }
         let Some(learned) = &self.learned else { return Ok(()) };
         within("learned.reference_rpm", learned.reference_rpm, [1.0, 1e6], "rpm")?;
@@ -240,7 +240,7 @@ impl BearingLaw for Constant {
             ("damping_per_log2_n_s_m", &learned.damping_per_log2_n_s_m),
         ] {
             for (entry, value) in [("xx", m.xx), ("yy", m.yy), ("xy", m.xy), ("yx", m.yx)] {
-                within(&format!("learned.{name}.{entry}"), value, [-1e13, 1e13], "")?;
+                within(&format!("learned.{name}.{entry}"), value, [-STIFFEST_N_M, STIFFEST_N_M], "")?;
             }
         }
         Ok(())

@@ -149,6 +149,9 @@ pub(super) fn unit(column: usize) -> &'static str {
     if column < 4 { "N/m" } else { "N·s/m" }
 }
 
+/// Stiffest spring of a drawing, N/m: textbooks write 1e15 for a rigid bearing.
+pub const STIFFEST_N_M: f64 = 1e15;
+
 /// One sentence's clause for a number outside its range.
 pub(super) fn within(
     key: &str,

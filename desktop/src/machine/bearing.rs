@@ -104,6 +104,9 @@ pub(super) struct BearingEntry {
     magnetic: Option<Magnetic>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pedestal: Option<Pedestal>,
+    /// Stiffness against tilt, which no model has: it is read to be refused by name.
+    #[serde(default, skip_serializing)]
+    angular_stiffness_n_m_rad: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stated: Option<LawEntry>,
 }
@@ -194,6 +197,12 @@ impl TryFrom<BearingEntry> for Bearing {
             };
             return Err(format!("{key} table_file: {what}"));
         }
+        if entry.angular_stiffness_n_m_rad.is_some() {
+            return Err(format!(
+                "{key} angular_stiffness_n_m_rad: a bearing has no stiffness against tilt here; draw two bearings of half \
+                 its stiffness k a distance d apart, which resist tilt with k d²/4"
+            ));
+        }
         let own = LawEntry {
             stiffness_n_m: entry.stiffness_n_m,
             damping_n_s_m: entry.damping_n_s_m,
@@ -234,6 +243,7 @@ impl From<Bearing> for BearingEntry {
             squeeze_film: law.squeeze_film,
             magnetic: law.magnetic,
             pedestal: bearing.pedestal,
+            angular_stiffness_n_m_rad: None,
             stated: bearing.stated.map(LawEntry::from),
         }
     }

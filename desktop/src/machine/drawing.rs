@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 pub use super::bearing::Bearing;
 pub use super::coupling::{Coupling, Flexibility};
+pub use super::disk::Disk;
 pub use super::probes::UnusedProbe;
 pub use super::segment::Segment;
 pub use crate::bearing::constant::{Coefficients, Constant};
@@ -44,13 +45,14 @@ pub struct Rotor {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identify: Option<SearchBounds>,
     /// Shaft segments from the left end.
+    #[serde(deserialize_with = "super::segment::read")]
     pub shaft: Vec<Segment>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub coupling: Vec<Coupling>,
     /// Rigid disks on the shaft.
     #[serde(default)]
     pub disk: Vec<Disk>,
-    /// One to twelve bearings.
+    /// One to sixteen bearings.
     #[serde(default)]
     pub bearing: Vec<Bearing>,
     /// What several bearings stand on together.
@@ -200,19 +202,6 @@ pub struct Rated {
     /// Balance quality grade G of ISO 21940-11 that it is balanced to, mm/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub balance_grade_mm_s: Option<f64>,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Disk {
-    pub name: String,
-    /// Place on the shaft, m from the left end.
-    pub position_m: f64,
-    pub mass_kg: f64,
-    /// Moment of inertia about a diameter, kg·m².
-    pub diametral_inertia_kg_m2: f64,
-    /// Moment of inertia about the shaft's axis, kg·m².
-    pub polar_inertia_kg_m2: f64,
 }
 
 /// A proximity probe that reads `x cos(angle) + y sin(angle)`.

@@ -3,10 +3,12 @@
 mod bearing;
 pub mod bearings;
 mod coupling;
+mod disk;
 pub mod drawing;
 mod identity;
 pub mod place;
 pub mod probes;
 mod segment;
+pub(crate) mod taper;
 pub mod tolerance;
 pub mod weights;

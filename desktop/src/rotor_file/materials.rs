@@ -1,4 +1,4 @@
-//! `[[material]]`: what shaft segments are made of, by name.
+//! `[[material]]`: what shaft segments and disks are made of, by name.
 //!
 //! A name stands for three numbers and for nothing else, so each segment gets its numbers before the machine is read.
 
@@ -7,7 +7,7 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
-/// What a segment gets from its material.
+/// What a segment gets from its material; a disk gets its density alone.
 const NUMBERS: [&str; 3] = ["youngs_modulus_pa", "density_kg_m3", "poisson_ratio"];
 /// What a segment is made of that names no material.
 const USUAL: &str = "steel";
@@ -23,7 +23,7 @@ pub(super) struct Material {
 }
 
 /// Takes the materials out of a file and puts their numbers into the segments that name them; returns them.
-pub(super) fn resolve(root: &mut DeTable<'_>) -> Result<Vec<Material>, (Range<usize>, String)> {
+pub(super) fn resolve<'i>(root: &mut DeTable<'i>) -> Result<Vec<Material>, (Range<usize>, String)> {
     let mut stated = Vec::new();
     if let Some(list) = root.remove("material") {
         let whole = list.span();
@@ -37,35 +37,49 @@ pub(super) fn resolve(root: &mut DeTable<'_>) -> Result<Vec<Material>, (Range<us
             stated.push((material, one.into_inner()));
         }
     }
-    let segments = root.get_mut("shaft").map(toml::Spanned::get_mut);
-    let Some(DeValue::Array(segments)) = segments else { return Ok(taken(stated)) };
-    for segment in segments.iter_mut().map(toml::Spanned::get_mut) {
-        let DeValue::Table(segment) = segment else { continue };
-        let Some(name) = segment.remove("material") else { continue };
-        let span = name.span();
-        let refused = |what: String| Err((span.clone(), what));
-        let Some(name) = name.get_ref().as_str() else {
-            return refused("material of a [[shaft]] is no text, expected the name of a [[material]]".into());
-        };
-        if let Some(own) = NUMBERS.iter().find(|key| segment.contains_key(**key)) {
-            return refused(format!(
-                "a [[shaft]] has both material = \"{name}\" and {own}, expected one of the two"
-            ));
-        }
-        match stated.iter().find(|(material, _)| material.name == name) {
-            Some((_, DeValue::Table(numbers))) => {
-                let all = numbers.iter().map(|(key, value)| (key.clone(), value.clone()));
-                segment.extend(all.filter(|(key, _)| NUMBERS.contains(&key.get_ref().as_ref())));
-            }
-            None if name == USUAL => {}
-            _ => {
-                let known: Vec<String> = stated.iter().map(|(m, _)| format!("\"{}\"", m.name)).collect();
-                let known = [known, vec![format!("\"{USUAL}\"")]].concat().join(", ");
-                return refused(format!("there is no material \"{name}\", expected one of {known}"));
+    for (table, numbers) in [("shaft", &NUMBERS[..]), ("disk", &NUMBERS[1..2])] {
+        let pieces = root.get_mut(table).map(toml::Spanned::get_mut);
+        let Some(DeValue::Array(pieces)) = pieces else { continue };
+        for piece in pieces.iter_mut().map(toml::Spanned::get_mut) {
+            if let DeValue::Table(piece) = piece {
+                fill(table, piece, numbers, &stated)?;
             }
         }
     }
     Ok(taken(stated))
+}
+
+/// Puts the numbers of the material that a segment or disk names in its place.
+fn fill<'i>(
+    table: &str,
+    piece: &mut DeTable<'i>,
+    numbers: &[&str],
+    stated: &[(Material, DeValue<'i>)],
+) -> Result<(), (Range<usize>, String)> {
+    let Some(name) = piece.remove("material") else { return Ok(()) };
+    let span = name.span();
+    let refused = |what: String| Err((span.clone(), what));
+    let Some(name) = name.get_ref().as_str() else {
+        return refused(format!("material of a [[{table}]] is no text, expected the name of a [[material]]"));
+    };
+    if let Some(own) = numbers.iter().find(|key| piece.contains_key(**key)) {
+        return refused(format!(
+            "a [[{table}]] has both material = \"{name}\" and {own}, expected one of the two"
+        ));
+    }
+    match stated.iter().find(|(material, _)| material.name == name) {
+        Some((_, DeValue::Table(all))) => {
+            let all = all.iter().map(|(key, value)| (key.clone(), value.clone()));
+            piece.extend(all.filter(|(key, _)| numbers.contains(&key.get_ref().as_ref())));
+            Ok(())
+        }
+        None if name == USUAL => Ok(()),
+        _ => {
+            let known: Vec<String> = stated.iter().map(|(m, _)| format!("\"{}\"", m.name)).collect();
+            let known = [known, vec![format!("\"{USUAL}\"")]].concat().join(", ");
+            refused(format!("there is no material \"{name}\", expected one of {known}"))
+        }
+    }
 }
 
 fn taken(stated: Vec<(Material, DeValue)>) -> Vec<Material> {

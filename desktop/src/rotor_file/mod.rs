@@ -92,13 +92,32 @@ fn from_toml(file: &str, text: &str, folder: Option<&Path>) -> Result<Rotor, Err
     check_materials(file, &materials)?;
     let tables = folder.map_or_else(|| Ok(Vec::new()), |folder| table_file::texts(root.get_ref(), folder))?;
     table_file::resolve(root.get_mut(), &tables).map_err(refused)?;
+    let newer = if materials.is_empty() { dimensions(root.get_ref()) } else { Some("[[material]]".into()) };
     let mut rotor = Rotor::deserialize(toml::Deserializer::from(root)).map_err(refused)?;
-    if rotor.schema < 2 && !materials.is_empty() {
-        let what = format!("{} does not know [[material]], expected 2", rotor.schema);
+    if rotor.schema < 2
+        && let Some(newer) = newer
+    {
+        let what = format!("{} does not know {newer}, expected 2", rotor.schema);
         return Err(Error::rotor(file, "schema", what));
     }
     loads::assign_loads(&mut rotor);
     Ok(rotor)
+}
+
+/// The first key by which a file states dimensions that become other numbers when it is read.
+fn dimensions(root: &DeTable) -> Option<String> {
+    const KEYS: [(&str, &[&str]); 2] = [
+        ("shaft", &["outer_diameter_right_m", "inner_diameter_right_m"]),
+        ("disk", &["width_m", "outer_diameter_m", "inner_diameter_m", "density_kg_m3", "material"]),
+    ];
+    let found = KEYS.iter().find_map(|(table, keys)| {
+        let all = root.get(*table)?.get_ref().as_array()?;
+        let has = |key: &&&str| {
+            all.iter().any(|one| one.get_ref().as_table().is_some_and(|t| t.contains_key(**key)))
+        };
+        keys.iter().find(has).map(|key| (table, key))
+    });
+    found.map(|(table, key)| format!("{key} of a [[{table}]]"))
 }
 
 /// Writes a rotor, whole or not at all.

@@ -3,30 +3,26 @@
 //! A file of ROSS is a table of elements, each under the name of its class and its tag, joined by the numbers of
 //! their nodes. Every shaft element becomes a segment, so that a mesh of one element a segment is ROSS's own, and every
 //! coupling element a flexible coupling. What has no place in a drawing is not dropped in silence: [`ImportedRotor::left`]
-//! says it.
+//! lists every value that nothing here reads, by element and key.
 
+mod bearing;
 mod element;
 mod import;
 mod line;
+mod section;
 
 use std::path::Path;
 
 use serde_json::{Map, Value};
 
-use crate::bearing::Law;
-use crate::bearing::constant::Coefficients;
-use crate::bearing::support::Pedestal;
-use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::error::Error;
-use crate::machine::drawing::{Bearing, Disk, Mount, Plane, Probe, Rotor};
+use crate::machine::drawing::{Bearing, Coupling, Disk, Mount, Plane, Probe, Rotor};
 use crate::rotor_file::validation::{SCHEMA, check};
-use crate::units::rpm;
+use crate::units::same_place;
 use element::RossElement;
 use import::Import;
 use line::ImportedShaft;
 
-/// The coefficients of a bearing element, in the order of a table's columns.
-const COLUMNS: [&str; 8] = ["kxx", "kxy", "kyx", "kyy", "cxx", "cxy", "cyx", "cyy"];
 /// More planes than this a drawing does not have.
 const MOST_PLANES: usize = 8;
 
@@ -71,83 +67,69 @@ pub fn parse(file: &str, text: &str, is_json: bool) -> Result<ImportedRotor, Err
     if !all.contains_key("ross_version") {
         return Err(Error::rotor(file, "ross_version", "is missing, expected a rotor that ROSS saved"));
     }
-    let mut import = Import { file, carried: Vec::new(), left: Vec::new() };
+    let mut import = Import::new(file);
     let elements: Vec<RossElement> = all
         .iter()
-        .filter_map(|(key, value)| {
-            let (class, _) = key.split_once('_')?;
-            value.as_object().filter(|_| key != "parameters").map(|values| RossElement { key, class, values })
+        .filter(|(key, _)| !matches!(key.as_str(), "parameters" | "ross_version") && !key.starts_with('_'))
+        .filter_map(|(key, value)| match value.as_object() {
+            Some(values) => Some(RossElement { key, class: key.split('_').next().unwrap_or(key), values }),
+            None => {
+                import.leave(&format!("[{key}]"), "is no element of a rotor");
+                None
+            }
         })
         .collect();
     let version = all["ross_version"].as_str().unwrap_or("unknown");
     if version != "2.3.0" {
-        import
-            .left
-            .push(format!("ross_version: the file is of {version}, this reads 2.3.0 and took what it knows"));
+        let what = format!("the file is of {version}; this command reads 2.3.0 and took what it knows");
+        import.leave("ross_version", &what);
+    }
+    for (name, value) in all.get("parameters").and_then(Value::as_object).into_iter().flatten() {
+        if !element::is_nothing(value) {
+            import.leave(&format!("[parameters] {name}"), "has no counterpart");
+        }
     }
     let rotor = import.rotor(&elements)?;
     check(file, &rotor)?;
-    Ok(ImportedRotor { rotor, carried: import.carried, left: import.left })
+    Ok(ImportedRotor { rotor, left: import.left(), carried: import.carried })
 }
 
 impl Import<'_> {
     fn rotor(&mut self, elements: &[RossElement]) -> Result<Rotor, Error> {
-        let of = |class: &str| elements.iter().filter(|e| e.class == class).collect::<Vec<_>>();
         let ImportedShaft { shaft, coupling, nodes_m, physics } = self.line(elements)?;
         let mut disk = Vec::new();
-        for e in of("DiskElement") {
-            let mut d = self.disk(e, &nodes_m)?;
-            if let Some(c) = coupling.iter().find(|c| c.position_m == d.position_m) {
-                self.left.push(format!(
-                    "[{}]: a disk at coupling \"{}\"; add it to the coupling's mass",
-                    e.key, c.name
-                ));
-                continue;
-            }
-            d.name = unique(&d.name, disk.iter().map(|d: &Disk| d.name.as_str()));
-            disk.push(d);
+        for e in elements.iter().filter(|e| e.is_disk()) {
+            let found = self.disk(e, &nodes_m)?;
+            disk.extend(self.added(e, found, &coupling, &disk));
         }
         if !disk.is_empty() {
             self.carried.push(format!("{} disks", disk.len()));
         }
-        let masses = of("PointMass");
+        let plane = planes(&disk, nodes_m[nodes_m.len() - 1]);
+        let masses: Vec<&RossElement> = elements.iter().filter(|e| e.class == "PointMass").collect();
         for e in &masses {
-            self.node(e, "n")?;
-        }
-        let holding: Vec<&RossElement> = elements.iter().filter(|e| e.is_bearing()).collect();
-        let mut bearing: Vec<Bearing> = Vec::new();
-        let on_shaft: Vec<&RossElement> = holding
-            .iter()
-            .copied()
-            .filter(|e| e.values["n"].as_u64().is_none_or(|n| (n as usize) < nodes_m.len()))
-            .collect();
-        for e in &on_shaft {
-            let mut b = self.bearing(e, &nodes_m)?;
-            b.pedestal = self.pedestal(e, &holding, &masses)?;
-            b.name = unique(&b.name, bearing.iter().map(|b: &Bearing| b.name.as_str()));
-            bearing.push(b);
-        }
-        bearing.sort_by(|a, b| a.position_m.total_cmp(&b.position_m));
-        for e in elements {
-            if !matches!(e.class, "ShaftElement" | "CouplingElement" | "DiskElement" | "PointMass")
-                && !e.is_bearing()
-            {
-                self.left.push(format!("[{}]: a {} has no counterpart", e.key, e.class));
+            if self.node(e, "n")? < nodes_m.len() {
+                let found = self.point_mass(e, &nodes_m)?;
+                disk.extend(self.added(e, found, &coupling, &disk));
             }
         }
-        let on_shaft =
-            |e: &&&RossElement| e.values["n"].as_u64().is_some_and(|n| (n as usize) < nodes_m.len());
-        for e in masses.iter().filter(on_shaft) {
-            self.left.push(format!("[{}]: a mass on the shaft itself; draw it as a disk", e.key));
+        let bearing = self.bearings(elements, &masses, &nodes_m)?;
+        for (e, mass_kg) in self.moving_masses(elements, &nodes_m)? {
+            let found = self.lump(e, &nodes_m, mass_kg)?;
+            disk.extend(self.added(e, found, &coupling, &disk));
+        }
+        for e in elements.iter().filter(|e| !e.is_known()) {
+            self.leave(&e.label(), &format!("an element of class {} has no counterpart", e.class));
         }
         let probe = probes(&bearing);
-        let plane = planes(&disk, nodes_m[nodes_m.len() - 1]);
-        self.left.push(format!(
-            "ROSS has no probes and no planes: {} probes were put at the bearings and {} planes at the disks; set them \
-             to where yours are",
-            probe.len(),
-            plane.len()
-        ));
+        self.leave(
+            "probes and planes",
+            &format!(
+                "ROSS has none; {} probes were put at the bearings and {} planes at the disks, set them to where yours are",
+                probe.len(),
+                plane.len()
+            ),
+        );
         let stem = Path::new(self.file).file_stem().map(|s| s.to_string_lossy().into_owned());
         Ok(Rotor {
             schema: SCHEMA,
@@ -180,7 +162,8 @@ impl Import<'_> {
         }
     }
 
-    fn disk(&self, e: &RossElement, nodes_m: &[f64]) -> Result<Disk, Error> {
+    fn disk(&mut self, e: &RossElement, nodes_m: &[f64]) -> Result<Disk, Error> {
+        self.leave_rest(e, &["n", "m", "Id", "Ip"]);
         Ok(Disk {
             name: e.tag().into(),
             position_m: self.position_m(e, nodes_m)?,
@@ -190,90 +173,39 @@ impl Import<'_> {
         })
     }
 
-    fn bearing(&mut self, e: &RossElement, nodes_m: &[f64]) -> Result<Bearing, Error> {
+    /// A mass without inertias at the node of an element.
+    fn lump(&self, e: &RossElement, nodes_m: &[f64], mass_kg: f64) -> Result<Disk, Error> {
         let position_m = self.position_m(e, nodes_m)?;
-        let mut columns = Vec::with_capacity(COLUMNS.len());
-        for name in COLUMNS {
-            columns.push(match (e.list(name), e.values.get(name)) {
-                (Some(list), _) if !list.is_empty() => list,
-                (None, None) => vec![0.0],
-                _ => return self.fail(e, name, "is not a number or a list of numbers"),
-            });
-        }
-        for name in ["mxx", "mxy", "myx", "myy"] {
-            if e.list(name).is_some_and(|l| l.iter().any(|v| *v != 0.0)) {
-                self.left.push(format!("[{}] {name}: the added mass of a bearing has no counterpart", e.key));
-            }
-        }
-        let speeds = e.list("frequency").filter(|s| s.len() > 1);
-        let at = |i: usize| -> [f64; 8] {
-            std::array::from_fn(|c| columns[c].get(i).or(columns[c].first()).copied().unwrap_or(0.0))
-        };
-        let what = if e.class.contains("Seal") { "seal" } else { "bearing" };
-        let law = match &speeds {
-            Some(speeds) => {
-                if let Some(c) = columns.iter().position(|l| l.len() != 1 && l.len() != speeds.len()) {
-                    let what = format!("has {} values for {} speeds", columns[c].len(), speeds.len());
-                    return self.fail(e, COLUMNS[c], what);
-                }
-                let row = |(i, speed): (usize, &f64)| {
-                    let [kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy] = at(i);
-                    TableRow { speed_rpm: rpm(*speed), kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy }
-                };
-                let rows: Vec<TableRow> = speeds.iter().enumerate().map(row).collect();
-                self.carried.push(format!("{what} \"{}\" with its table of {} speeds", e.tag(), rows.len()));
-                match CoefficientTable::new(rows) {
-                    Ok(table) => Law::Table(table),
-                    Err(what) => return self.fail(e, "frequency", what),
-                }
-            }
-            None => {
-                self.carried.push(format!("{what} \"{}\" with its constant coefficients", e.tag()));
-                let [kxx, kxy, kyx, kyy, cxx, cxy, cyx, cyy] = at(0);
-                let four = |xx, xy, yx, yy| Coefficients { xx, yy, xy, yx };
-                let (k, c) = (four(kxx, kxy, kyx, kyy), four(cxx, cxy, cyx, cyy));
-                Bearing::constant("", 0.0, k, c).law
-            }
-        };
-        if what == "seal" {
-            self.left
-                .push(format!("[{}]: a seal is drawn as a bearing, so the static loads count on it", e.key));
-        }
-        Ok(Bearing::by(e.tag(), position_m, law))
+        let name = e.tag().into();
+        Ok(Disk { name, position_m, mass_kg, diametral_inertia_kg_m2: 0.0, polar_inertia_kg_m2: 0.0 })
     }
 
-    /// What a bearing that is linked to a node off the shaft stands on.
-    fn pedestal(
+    fn point_mass(&mut self, e: &RossElement, nodes_m: &[f64]) -> Result<Disk, Error> {
+        let [mx, my] = e.mass_along(["mx", "my"]);
+        if mx != my {
+            let what = format!("is {my}, but mx is {mx}; expected a mass that is the same along x and y");
+            return self.fail(e, "my", what);
+        }
+        self.leave_rest(e, &["n", "m", "mx", "my", "mz"]);
+        self.carried.push(format!("point mass \"{}\" as a disk without inertias", e.tag()));
+        self.lump(e, nodes_m, mx)
+    }
+
+    /// The disk under a name of its own; none at a coupling, where the drawing has no room for one.
+    fn added(
         &mut self,
         e: &RossElement,
-        holding: &[&RossElement],
-        masses: &[&RossElement],
-    ) -> Result<Option<Pedestal>, Error> {
-        if e.values.get("n_link").is_none_or(Value::is_null) {
-            return Ok(None);
+        mut found: Disk,
+        coupling: &[Coupling],
+        disk: &[Disk],
+    ) -> Option<Disk> {
+        if let Some(c) = coupling.iter().find(|c| same_place(c.position_m, found.position_m)) {
+            let what = format!("is at coupling \"{}\"; add it to the coupling's mass", c.name);
+            self.leave(&e.label(), &what);
+            return None;
         }
-        let link = self.node(e, "n_link")?;
-        let is_there =
-            |other: &&&RossElement| other.values.get("n").and_then(Value::as_u64) == Some(link as u64);
-        let Some(support) = holding.iter().find(is_there) else {
-            return self.fail(e, "n_link", format!("is {link}, but nothing holds that node"));
-        };
-        let of = |name: &str| support.list(name).and_then(|l| l.first().copied()).unwrap_or(0.0);
-        let cross = ["kxy", "kyx", "cxy", "cyx"].iter().any(|name| of(name) != 0.0);
-        if cross || support.list("kxx").is_some_and(|l| l.len() > 1) {
-            self.left.push(format!(
-                "[{}]: a pedestal has constant direct coefficients only; the rest was left",
-                support.key
-            ));
-        }
-        let mass = masses.iter().find(is_there);
-        let along = |name: &str| mass.and_then(|m| m.maybe(name).or(m.maybe("m"))).unwrap_or(0.0);
-        self.carried.push(format!("pedestal \"{}\" under bearing \"{}\"", support.tag(), e.tag()));
-        Ok(Some(Pedestal {
-            stiffness_n_m: [of("kxx"), of("kyy")],
-            damping_n_s_m: [of("cxx"), of("cyy")],
-            mass_kg: [along("mx"), along("my")],
-        }))
+        found.name = unique(&found.name, disk.iter().map(|d: &Disk| d.name.as_str()));
+        Some(found)
     }
 }
 

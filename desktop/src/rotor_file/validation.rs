@@ -4,9 +4,10 @@ mod couplings;
 mod foundation;
 
 use crate::bearing::Law;
+use crate::bearing::law::STIFFEST_N_M;
 use crate::effects::{entry, physical};
 use crate::error::Error;
-use crate::machine::drawing::{EffectEntry, Rated, Rotor, Tolerance};
+use crate::machine::drawing::{BasisKind, EffectEntry, Rated, Rotor, Tolerance};
 use crate::machine::tolerance::Deviation;
 use crate::measurement::LOWEST_GAP_V;
 use crate::rotor_file::materials::Material;
@@ -16,11 +17,10 @@ use crate::units::same_place;
 /// The newest layout of `rotor.toml`; older ones are read as well.
 pub const SCHEMA: u32 = 2;
 
-/// Most that a bearing's coefficients may be, stated or sought.
-const STIFFEST_N_M: f64 = 1e13;
+/// Most that a bearing's damping may be, stated or sought.
 const MOST_DAMPING_N_S_M: f64 = 1e10;
-/// Most bearings of one shaft.
-const MOST_BEARINGS: usize = 12;
+/// Most bearings of one shaft, with the seals that are drawn as bearings.
+const MOST_BEARINGS: usize = 16;
 /// Most planes in which unbalance is sought.
 const MOST_PLANES: usize = 8;
 
@@ -139,6 +139,17 @@ fn check_shaft(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         c.within(&key("inner_diameter_m"), s.inner_diameter_m, 0.0, s.outer_diameter_m * 0.999, "m")?;
         let numbers = [s.youngs_modulus_pa, s.density_kg_m3, s.poisson_ratio];
         c.material(&format!("[[shaft]] {}", i + 1), numbers)?;
+        c.within(&key("shear_coefficient"), s.shear_coefficient.unwrap_or(1.0), 0.01, 100.0, "")?;
+        c.within(&key("axial_force_n"), s.axial_force_n, -1e9, 1e9, "N")?;
+        let newer =
+            [("shear_coefficient", s.shear_coefficient.is_some()), ("axial_force_n", s.axial_force_n != 0.0)];
+        if let Some((name, _)) = newer.into_iter().find(|(_, is_stated)| *is_stated && rotor.schema < 2) {
+            return c.fail("schema", format!("{} does not know {}, expected 2", rotor.schema, key(name)));
+        }
+        if s.axial_force_n != 0.0 && rotor.physics.basis == BasisKind::FreeFree {
+            let what = "does not act on the shapes of [physics] basis = \"free_free\", expected the basis \"supported\"";
+            return c.fail(key("axial_force_n"), what);
+        }
     }
     let length = rotor.length_m();
     c.unique("[[disk]] name", rotor.disk.iter().map(|d| d.name.as_str()))?;
@@ -159,6 +170,11 @@ fn check_bearings(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
             .fail("[[bearing]]", format!("{count} given, one to {MOST_BEARINGS} bearings are supported"));
     }
     c.unique("[[bearing]] name", rotor.bearing.iter().map(|b| b.name.as_str()))?;
+    let holds = |law: &Law| law.as_law().drawn().typical_stiffness_n_m().trace() > 0.0;
+    if !rotor.bearing.iter().any(|b| holds(&b.law)) {
+        let what = "none has a stiffness above zero, expected one at least that holds the shaft";
+        return c.fail("[[bearing]]", what);
+    }
     for (i, b) in rotor.bearing.iter().enumerate() {
         let key = |name: &str| format!("[[bearing]] \"{}\" {name}", b.name);
         c.on_shaft(&key("position_m"), b.position_m, rotor.length_m())?;

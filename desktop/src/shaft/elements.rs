@@ -28,7 +28,7 @@ fn shear_coefficient(poisson: f64, bore_ratio: f64) -> f64 {
 }
 
 /// Area and second moment of area of a segment's section, m² and m⁴.
-fn section(segment: &Segment) -> (f64, f64) {
+pub(crate) fn section(segment: &Segment) -> (f64, f64) {
     let (outer, inner) = (segment.outer_diameter_m, segment.inner_diameter_m);
     let area = std::f64::consts::PI * (outer.powi(2) - inner.powi(2)) / 4.0;
     (area, std::f64::consts::PI * (outer.powi(4) - inner.powi(4)) / 64.0)
@@ -41,7 +41,9 @@ pub(crate) fn shear_parameter(segment: &Segment, length_m: f64, physics: &Physic
     }
     let (area, second_moment) = section(segment);
     // E/G = 2 (1 + ν): the modulus cancels
-    let kappa = shear_coefficient(segment.poisson_ratio, segment.inner_diameter_m / segment.outer_diameter_m);
+    let bore_ratio = segment.inner_diameter_m / segment.outer_diameter_m;
+    let kappa =
+        segment.shear_coefficient.unwrap_or_else(|| shear_coefficient(segment.poisson_ratio, bore_ratio));
     24.0 * (1.0 + segment.poisson_ratio) * second_moment / (kappa * area * length_m * length_m)
 }
 
@@ -67,9 +69,15 @@ pub fn element(segment: &Segment, length_m: f64, physics: &Physics) -> Element {
     let bending = segment.youngs_modulus_pa * second_moment;
     let phi = shear_parameter(segment, l, physics);
 
-    let stiffness =
-        beam_pattern([12.0, -12.0], [6.0 * l, 6.0 * l], [(4.0 + phi) * l * l, (2.0 - phi) * l * l])
-            * (bending / (l.powi(3) * (1.0 + phi)));
+    let bent = beam_pattern([12.0, -12.0], [6.0 * l, 6.0 * l], [(4.0 + phi) * l * l, (2.0 - phi) * l * l])
+        * (bending / (l.powi(3) * (1.0 + phi)));
+    // a tension straightens the shaft: ∫ N w'² dz of the same shapes
+    let stretched = beam_pattern(
+        [36.0 + 60.0 * phi + 30.0 * phi * phi, -(36.0 + 60.0 * phi + 30.0 * phi * phi)],
+        [3.0 * l, 3.0 * l],
+        [(4.0 + 5.0 * phi + 2.5 * phi * phi) * l * l, -(1.0 + 5.0 * phi + 2.5 * phi * phi) * l * l],
+    ) * (segment.axial_force_n / (30.0 * l * (1.0 + phi).powi(2)));
+    let stiffness = bent + stretched;
 
     let translation = beam_pattern(
         [13.0 / 35.0 + 7.0 * phi / 10.0 + phi * phi / 3.0, 9.0 / 70.0 + 3.0 * phi / 10.0 + phi * phi / 6.0],
@@ -131,6 +139,8 @@ mod tests {
             youngs_modulus_pa: 2.08e11,
             density_kg_m3: 7850.0,
             poisson_ratio: 0.3,
+            shear_coefficient: None,
+            axial_force_n: 0.0,
         }
     }
 

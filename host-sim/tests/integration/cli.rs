@@ -144,9 +144,10 @@ fn bad_rotors_are_refused_with_the_key_and_what_was_expected() {
     let without_shaft = good.split("[[shaft]]").next().unwrap();
     assert_says(&refusal(without_shaft, sample::RECORD), &["shaft"]);
     let third = "\n[[bearing]]\nname = \"17\"\nposition_m = 0.5\nstiffness_n_m = { xx = 1e8, yy = 1e8 }\ndamping_n_s_m = { xx = 1e5, yy = 1e5 }\n";
-    let many: String =
-        (0..11).map(|i| third.replace("17", &format!("x{i}")).replace("0.5", &format!("0.5{i}"))).collect();
-    assert_says(&refusal(&format!("{good}{many}"), sample::RECORD), &["13 given", "one to 12 bearings"]);
+    let many: String = (0..15)
+        .map(|i| third.replace("17", &format!("x{i}")).replace("0.5", &format!("0.5{i:02}")))
+        .collect();
+    assert_says(&refusal(&format!("{good}{many}"), sample::RECORD), &["17 given", "one to 16 bearings"]);
     let twice = third.replace("0.5", "0.11");
     let place = good
         .split("[[bearing]]")
@@ -164,7 +165,7 @@ fn bad_rotors_are_refused_with_the_key_and_what_was_expected() {
     );
     let head = good.split("[[bearing]]").next().unwrap();
     let tail = &good[good.find("[[probe]]").unwrap()..];
-    assert_says(&refusal(&format!("{head}{tail}"), sample::RECORD), &["0 given", "one to 12 bearings"]);
+    assert_says(&refusal(&format!("{head}{tail}"), sample::RECORD), &["0 given", "one to 16 bearings"]);
 }
 
 #[test]

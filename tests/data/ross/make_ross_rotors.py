@@ -6,6 +6,10 @@ constant.toml   two bearings with constant coefficients, a cross-coupled seal an
 table.json      two bearings with tables over speed, kxy and kyx among them
 supports.toml   a bearing on a support (n_link), which has no counterpart
 coupling.json   two shafts that a coupling element with a length joins
+layers.toml     a sleeve of steel and one of soft material on the shaft, as second elements between the same nodes
+speed.toml      cylindrical bearings, whose table ROSS saves over `speed`
+magnet.toml     a negative stiffness amid two bearings, a point mass on the shaft, a bearing with added mass, a tension
+cone.toml       conical elements, hollow ones too
 expected.json   of each: critical speeds, undamped (dampers and antisymmetric stiffness out), rad/s, where the bearings
                 do not follow speed; damped eigenvalues at two speeds (knots of the tables), 1/s; from ROSS's matrices
 """
@@ -62,10 +66,44 @@ def coupling():
     return rs.Rotor(left + [joint] + right, disks, bearings)
 
 
+def layers():
+    soft = rs.Material(name="sleeve", rho=7810.0, E=6894.75, G_s=2651.0)
+    sleeves = [rs.ShaftElement(0.2, 0.05, 0.08, material=STEEL, n=2), rs.ShaftElement(0.2, 0.05, 0.08, material=STEEL, n=3),
+               rs.ShaftElement(0.2, 0.05, 0.12, material=soft, n=1)]
+    disks = [rs.DiskElement(n=3, m=32.6, Id=0.178, Ip=0.33, tag="wheel")]
+    bearings = [rs.BearingElement(n=n, kxx=1e7, kyy=1.3e7, cxx=100.0, tag=f"bearing {n}") for n in (0, 6)]
+    return rs.Rotor(shaft([0.2] * 6, [0.05] * 6) + sleeves, disks, bearings)
+
+
+def speed(speeds=np.linspace(50.0, 600.0, 8)):
+    disks = [rs.DiskElement(n=3, m=32.6, Id=0.178, Ip=0.33, tag="wheel")]
+    bearings = [rs.CylindricalBearing(n=n, speed=speeds, weight=525, bearing_length=0.03, journal_diameter=0.1, radial_clearance=0.1e-3,
+                                      oil_viscosity=0.1, tag=f"journal {n}") for n in (0, 6)]
+    return rs.Rotor(shaft([0.2] * 6, [0.05] * 6), disks, bearings)
+
+
+def magnet():
+    elements = [rs.ShaftElement(0.2, 0.0, 0.05, material=STEEL, n=i, axial_force=2e4) for i in range(6)]
+    disks = [rs.DiskElement(n=4, m=20.0, Id=0.1, Ip=0.18, tag="wheel")]
+    bearings = [rs.BearingElement(n=0, kxx=1e7, cxx=500.0, mxx=3.0, tag="A"), rs.BearingElement(n=3, kxx=-4e5, cxx=0.0, tag="motor"),
+                rs.BearingElement(n=2, kxx=-1e5, kyy=-3e5, kxy=5e4, kyx=-5e4, cxx=20.0, cyy=30.0, tag="gap"),
+                rs.BearingElement(n=6, kxx=1e7, cxx=500.0, tag="B")]
+    return rs.Rotor(elements, disks, bearings, point_mass_elements=[rs.PointMass(n=3, m=4.0, tag="rotor of the motor")])
+
+
+def cone():
+    ends = [(0.05, 0.05), (0.05, 0.055), (0.055, 0.06), (0.06, 0.06), (0.06, 0.055), (0.055, 0.05)]
+    elements = [rs.ShaftElement(0.2, 0.0, l, 0.01 if r != l and l > 0.05 else 0.0, r, material=STEEL, n=i) for i, (l, r) in enumerate(ends)]
+    disks = [rs.DiskElement(n=3, m=20.0, Id=0.1, Ip=0.18, tag="wheel")]
+    return rs.Rotor(elements, disks, [rs.BearingElement(n=n, kxx=1e7, cxx=500.0, tag=f"bearing {n}") for n in (0, 6)])
+
+
 def lateral(rotor, W):
     shaft = 6 * len(rotor.nodes)
     keep = [6 * i + j for i in range(shaft // 6) for j in LATERAL]
     keep += [i + j for i in range(shaft, rotor.ndof, 3) for j in (0, 1)]  # a linked node has x, y, z only
+    mass = np.diag(rotor.M(W))
+    keep = [i for i in keep if mass[i] > 0]  # of a point mass on the shaft ROSS keeps coordinates that nothing moves
     return [A[np.ix_(keep, keep)] for A in (rotor.M(W), rotor.K(W), rotor.C(W), rotor.G())]
 
 
@@ -89,14 +127,16 @@ if __name__ == "__main__":
     warnings.simplefilter("ignore")
     folder = Path(sys.argv[1])
     expected = {}
-    for name, make in (("constant.toml", constant), ("table.json", table), ("supports.toml", supports), ("coupling.json", coupling)):
+    makers = dict(constant=constant, table=table, supports=supports, coupling=coupling, layers=layers, speed=speed, magnet=magnet, cone=cone)
+    for make in makers.values():
+        name = make.__name__ + (".json" if make in (table, coupling) else ".toml")
         (folder / name).unlink(missing_ok=True)
         rotor = make()
         rotor.save(folder / name)
         # ROSS smooths a table (a spline that misses its own knots by up to 3e-5), so at a knot its bearings are made
         # anew with the coefficients that the table states there
-        at = (lambda W: table(np.array([W]))) if name == "table.json" else (lambda W: rotor)
-        expected[name] = dict(modes=[eigenvalues(at(W), W) for W in (500.0, 1100.0)])
-        if name != "table.json":
+        at = (lambda W: make(np.array([W]))) if make in (table, speed) else (lambda W: rotor)
+        expected[name] = dict(modes=[eigenvalues(at(W), W) for W in ((50.0, 600.0) if make is speed else (500.0, 1100.0))])
+        if make not in (table, speed):
             expected[name]["critical_speeds"] = critical_speeds(rotor)
     (folder / "expected.json").write_text(json.dumps(expected, indent=1) + "\n")

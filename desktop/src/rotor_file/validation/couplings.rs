@@ -1,6 +1,7 @@
 //! What couplings must satisfy: each joins two spans, and nothing else sits where it gives.
 
 use super::Checker;
+use crate::bearing::law::STIFFEST_N_M;
 use crate::error::Error;
 use crate::machine::drawing::{BasisKind, Coupling, Rotor};
 use crate::units::same_place;
@@ -22,7 +23,7 @@ pub(super) fn check(c: &Checker, rotor: &Rotor) -> Result<(), Error> {
         c.within(&key("diametral_inertia_kg_m2"), coupling.diametral_inertia_kg_m2, 0.0, 1e6, "kg·m²")?;
         c.within(&key("polar_inertia_kg_m2"), coupling.polar_inertia_kg_m2, 0.0, 1e6, "kg·m²")?;
         let Some(springs) = coupling.flexibility else { continue };
-        c.within(&key("lateral_stiffness_n_m"), springs.lateral_stiffness_n_m, 1.0, 1e13, "N/m")?;
+        c.within(&key("lateral_stiffness_n_m"), springs.lateral_stiffness_n_m, 1.0, STIFFEST_N_M, "N/m")?;
         let angular = springs.angular_stiffness_n_m_rad;
         c.within(&key("angular_stiffness_n_m_rad"), angular, 1e-3, 1e13, "N·m/rad")?;
         if rotor.physics.basis == BasisKind::FreeFree {
