@@ -6,8 +6,8 @@ use std::io::Write;
 use super::codec::{Decoder, StreamItem};
 use super::wire::{WireFrame, bytes_of_hex, number_of_hex, push_hex};
 
-/// Longer than any message of the protocol that we know.
-const LONGEST_MESSAGE: usize = 200;
+/// Longer than any message of the protocol: `send` of an FD frame has 64 bytes of two digits.
+const LONGEST_MESSAGE: usize = 256;
 /// Digits of an extended identifier; up to three are a standard one.
 const STANDARD_DIGITS: usize = 3;
 
@@ -73,7 +73,8 @@ fn message(text: &[u8]) -> StreamItem {
         [] => return StreamItem::Garbage,
         ["send", id, length, bytes @ ..] => sent(id, length, bytes),
         ["frame", id, _time, bytes @ ..] => bytes_of_hex(&bytes.concat()).and_then(|bytes| data(id, &bytes)),
-        ["send" | "frame", ..] => None,
+        // `fdsend` and `fdframe` carry FD frames, which no bus here has
+        ["send" | "frame" | "fdsend" | "fdframe", ..] => None,
         words => return StreamItem::Text(words.join(" ")),
     };
     frame.map_or(StreamItem::Garbage, StreamItem::Frame)
@@ -160,10 +161,18 @@ mod tests {
             "< send -1 0 >",
             "< frame 123 1.0 0 >",
             "< frame 20000000 1.0 00 >",
+            "< send 123 8  >",
+            "< fdsend 123 1 2 1 2 >",
             "< \u{fffd} é< ok >",
         ] {
             assert_eq!(decode_all::<Messages>(bad.as_bytes()).first(), Some(&StreamItem::Garbage), "{bad}");
         }
+        // as python-can writes an FD frame of 64 bytes
+        let fd = ["< send 12345678 40 ", &["ff"; 64].join(" "), " >< ok >"].concat();
+        assert_eq!(
+            decode_all::<Messages>(fd.as_bytes()),
+            [StreamItem::Garbage, StreamItem::Text("ok".into())]
+        );
         let long = [b"< send ".as_slice(), &[b' '; 300], b"< ok >"].concat();
         assert_eq!(decode_all::<Messages>(&long), [StreamItem::Garbage, StreamItem::Text("ok".into())]);
     }

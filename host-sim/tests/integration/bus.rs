@@ -106,7 +106,7 @@ fn garbage_half_lines_and_clients_that_vanish_disturb_nobody() {
     }
     let mut half = shared.raw("slcan_port");
     half.write_all(b"O\rV\rt1232").unwrap();
-    assert_eq!(until_version(&mut half), b"V1013\r");
+    assert_eq!(until_version(&mut half), b"\rV1013\r");
     from.send(&frame(5, 1)).unwrap();
     assert_eq!(hear(&mut *to), frame(5, 1));
     half.write_all(b"0a0B\rt123").unwrap();
@@ -120,15 +120,58 @@ fn garbage_half_lines_and_clients_that_vanish_disturb_nobody() {
     assert!(!said.contains(" 0 lines refused"), "{said}");
 }
 
+/// What a server says up to the next closing bracket.
+fn message(stream: &mut TcpStream) -> String {
+    let mut said = Vec::new();
+    while !said.ends_with(b">") {
+        let mut byte = [0];
+        stream.read_exact(&mut byte).unwrap();
+        said.push(byte[0]);
+    }
+    String::from_utf8(said).unwrap()
+}
+
+/// python-can 4.6 reads an `< error … >` as a frame, whose identifier is then no number, and its reader ends.
+#[test]
+fn socketcand_says_nothing_to_remote_and_fd_frames() {
+    let shared = Shared::start(&[]);
+    let mut stream = shared.raw("socketcand_port");
+    assert_eq!(message(&mut stream), "< hi >");
+    for command in ["< open vcan0 >", "< rawmode >"] {
+        stream.write_all(command.as_bytes()).unwrap();
+        assert_eq!(message(&mut stream), "< ok >");
+    }
+    let mut other = shared.join("slcan");
+    let fd = ["ff"; 64].join(" ");
+    let sent = ["123 8 ", "123 C 1 2 3 4 5 6 7 8 9 a b c", &format!("12345678 40 {fd}")];
+    sent.iter().for_each(|frame| stream.write_all(format!("< send {frame} >").as_bytes()).unwrap());
+    stream.write_all(b"< fdsend 123 0 2 1 2 >< send 124 1 7 >").unwrap();
+    assert_eq!(hear(&mut *other), Frame::standard(0x124, &[7]).unwrap());
+    other.send(&frame(5, 1)).unwrap();
+    assert!(message(&mut stream).starts_with("< frame 005 "), "the first word since");
+    assert_says(&shared.end(Signal::SIGTERM).1, &["4 lines refused"]);
+}
+
+#[test]
+fn slcan_accepts_each_command_with_a_carriage_return() {
+    let shared = Shared::start(&[]);
+    let mut stream = shared.raw("slcan_port");
+    stream.write_all(b"C\rS6\rZ0\rO\r").unwrap();
+    let mut answers = [0; 4];
+    stream.read_exact(&mut answers).unwrap();
+    assert_eq!(answers, [b'\r'; 4]);
+}
+
 #[test]
 fn a_frame_before_the_channel_is_open_is_refused() {
     let shared = Shared::start(&[]);
     let mut stream = shared.raw("slcan_port");
     let mut listener = shared.join("slcan");
     stream.write_all(b"t1230\rL\rt1230\rC\rO\rt1240\r").unwrap();
-    let mut bells = [0; 2];
-    stream.read_exact(&mut bells).unwrap();
-    assert_eq!(bells, [7; 2]);
+    // a bell for each frame, a carriage return for L, C and O
+    let mut answers = [0; 5];
+    stream.read_exact(&mut answers).unwrap();
+    assert_eq!(&answers, b"\x07\r\x07\r\r");
     assert_eq!(hear(&mut *listener).raw_id(), 0x124);
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use rotor_edge_core::can::slcan::{REFUSED, answer};
+use rotor_edge_core::can::slcan::{ACCEPTED, REFUSED, answer};
 
 use crate::bus::codec::Decoder;
 use crate::bus::slcan::{self, Lines};
@@ -17,10 +17,12 @@ pub enum Reply {
     Say(&'static str),
     /// This is said, if it is anything, and from then on frames are passed on to the client.
     Join(&'static str),
-    /// No more frames are passed on to the client.
-    Leave,
+    /// This is said, and no more frames are passed on to the client.
+    Leave(&'static str),
     /// The command is refused with this.
     Refuse(&'static str),
+    /// It is counted as refused, and nothing is said.
+    Ignore,
 }
 
 pub trait Dialect: Default + Send + 'static {
@@ -29,8 +31,10 @@ pub trait Dialect: Default + Send + 'static {
     const NAME: &'static str;
     /// Said to a new client.
     const GREETING: &'static str;
-    /// Said to what is neither frame nor command.
+    /// Said to a client that is turned away.
     const REFUSAL: &'static str;
+    /// What to do about bytes that are neither a frame of this bus nor a command.
+    const GARBAGE: Reply;
     /// How long no frame may follow the answer to joining.
     const QUIET: Duration;
 
@@ -44,8 +48,7 @@ pub trait Dialect: Default + Send + 'static {
     fn encode(frame: &WireFrame, time_us: u64, bytes: &mut Vec<u8>);
 }
 
-/// An SLCAN adapter. Silent where python-can expects silence: it takes any answer for a frame that it then
-/// cannot read, and ends its look for frames.
+/// An SLCAN adapter. It answers every command, as LAWICEL's do: programs wait for that. Frames it takes in silence.
 #[derive(Debug, Default)]
 pub struct Slcan {
     open: bool,
@@ -57,6 +60,7 @@ impl Dialect for Slcan {
     const NAME: &'static str = "slcan";
     const GREETING: &'static str = "";
     const REFUSAL: &'static str = REFUSED;
+    const GARBAGE: Reply = Reply::Refuse(REFUSED);
     const QUIET: Duration = Duration::ZERO;
 
     fn command(&mut self, text: &str) -> Reply {
@@ -64,16 +68,16 @@ impl Dialect for Slcan {
         match (kind, rest) {
             ("O" | "L", "") => {
                 (self.open, self.listen_only) = (true, kind == "L");
-                Reply::Join("")
+                Reply::Join(ACCEPTED)
             }
             ("C", "") => {
                 self.open = false;
-                Reply::Leave
+                Reply::Leave(ACCEPTED)
             }
             // bit rates: every rate is right on a bus without wires
-            ("S" | "s", rate) if rate.bytes().all(|byte| byte.is_ascii_hexdigit()) => Reply::Silence,
+            ("S" | "s", rate) if rate.bytes().all(|byte| byte.is_ascii_hexdigit()) => Reply::Say(ACCEPTED),
             // no time stamps
-            ("Z", "0") => Reply::Silence,
+            ("Z", "0") => Reply::Say(ACCEPTED),
             ("V" | "N" | "F", "") => Reply::Say(answer(kind.as_bytes()[0])),
             _ => Reply::Refuse(REFUSED),
         }
@@ -99,6 +103,8 @@ impl Dialect for Socketcand {
     const NAME: &'static str = "socketcand";
     const GREETING: &'static str = "< hi >";
     const REFUSAL: &'static str = "< error no such message >";
+    /// socketcand says nothing to a frame that its bus cannot carry; to python-can an answer would be a broken frame.
+    const GARBAGE: Reply = Reply::Ignore;
     /// python-can reads the answer to `rawmode` as one packet that holds nothing else.
     const QUIET: Duration = Duration::from_millis(200);
 
@@ -136,13 +142,13 @@ mod tests {
     }
 
     #[test]
-    fn python_cans_way_to_open_slcan_joins_in_silence() {
-        use Reply::{Join, Leave, Silence};
+    fn python_cans_way_to_open_slcan_is_accepted() {
+        use Reply::{Join, Leave, Say};
         assert_eq!(
             answers::<Slcan>(&["C", "S6", "O", "O"]),
-            (vec![Leave, Silence, Join(""), Join("")], true)
+            (vec![Leave("\r"), Say("\r"), Join("\r"), Join("\r")], true)
         );
-        assert_eq!(answers::<Slcan>(&["s011C", "L"]), (vec![Silence, Join("")], false));
+        assert_eq!(answers::<Slcan>(&["s011C", "L"]), (vec![Say("\r"), Join("\r")], false));
         assert!(!answers::<Slcan>(&["O", "C"]).1);
     }
 

@@ -181,7 +181,8 @@ fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> io::Re
                     frames.push(frame);
                     Reply::Silence
                 }
-                StreamItem::Frame(_) | StreamItem::Garbage => Reply::Refuse(D::REFUSAL),
+                StreamItem::Frame(_) => Reply::Refuse(D::REFUSAL),
+                StreamItem::Garbage => D::GARBAGE,
                 StreamItem::Text(text) => {
                     // what was sent before a command counts before it
                     hub.publish(number, &frames);
@@ -193,7 +194,11 @@ fn hear<D: Dialect>(hub: &Hub, mut stream: &TcpStream, number: Number) -> io::Re
                 Reply::Silence => {}
                 Reply::Say(text) => hub.answer(number, text),
                 Reply::Join(text) => hub.join(number, text),
-                Reply::Leave => hub.part(number),
+                Reply::Leave(text) => {
+                    hub.part(number);
+                    hub.answer(number, text);
+                }
+                Reply::Ignore => hub.refuse(1),
                 Reply::Refuse(text) => {
                     hub.refuse(1);
                     hub.answer(number, text);
