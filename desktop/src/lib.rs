@@ -93,6 +93,7 @@ mod receptance;
 pub mod reduction;
 pub mod rotor_file;
 pub mod shaft;
+pub mod spreadsheet;
 pub mod startup;
 mod statistics;
 #[cfg(test)]

@@ -7,6 +7,7 @@ use super::reading::{Reading, phasor_m};
 use crate::error::Error;
 use crate::file_kind;
 use crate::machine::drawing::{Rotor, UnusedProbe};
+use crate::spreadsheet;
 
 /// No proximity probe measures more than this, µm; a larger number is a wrong unit.
 pub const LARGEST_UM: f64 = 10_000.0;
@@ -194,7 +195,8 @@ fn every_row(
     }
     let (comments, text) = after_comments(text);
     let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();
+    let headers = reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?;
+    let headers: csv::StringRecord = headers.iter().map(spreadsheet::name).collect();
     if headers.is_empty() {
         return Err(Error::measurement(
             file,
@@ -318,7 +320,7 @@ fn row(
         }
         None => None,
     };
-    let run = columns.run.and_then(|c| record.get(c)).map(|s| s.trim().to_string());
+    let run = columns.run.and_then(|c| record.get(c)).map(|s| spreadsheet::name(s.trim()).to_string());
     if run.iter().any(|run| run.contains(char::is_control)) {
         return Err(Error::measurement(file, at("run"), "a name must not hold control characters"));
     }
@@ -375,16 +377,17 @@ fn write_numbers(
     header.extend(with_run.then(|| "run".into()));
     header.extend(with_time.then(|| "time_d".into()));
     header.push("speed_rpm".into());
-    for name in probes.iter().map(AsRef::as_ref) {
+    let names: Vec<_> = probes.iter().map(|name| spreadsheet::cell(name.as_ref())).collect();
+    for name in &names {
         header.extend([format!("{name}_cos_um"), format!("{name}_sin_um")]);
     }
     if with_gaps {
-        header.extend(probes.iter().map(|name| format!("{}_gap_v", name.as_ref())));
+        header.extend(names.iter().map(|name| format!("{name}_gap_v")));
     }
     writer.write_record(&header)?;
     for r in readings {
         let mut cells: Vec<String> = Vec::new();
-        cells.extend(with_run.then(|| r.run.clone().unwrap_or_default()));
+        cells.extend(with_run.then(|| spreadsheet::cell(r.run.as_deref().unwrap_or_default()).into_owned()));
         cells.extend(with_time.then(|| r.time_d.map_or(String::new(), |t| t.to_string())));
         cells.push(r.speed_rpm.to_string());
         for y in &r.probes {

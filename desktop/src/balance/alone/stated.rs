@@ -6,6 +6,7 @@ use nalgebra::Complex;
 
 use crate::error::Error;
 use crate::measurement::{ragged, text_of};
+use crate::spreadsheet;
 
 type C = Complex<f64>;
 
@@ -61,7 +62,7 @@ impl Weights {
             let record = record.map_err(|e| ragged(file, 0, &e))?;
             let line = record.position().map_or(0, csv::Position::line);
             let place = |column: usize| format!("row {line}, column {}", COLUMNS[column]);
-            let cell = |column: usize| record.get(at[column]).unwrap_or("");
+            let cell = |column: usize| spreadsheet::name(record.get(at[column]).unwrap_or(""));
             if let Some(empty) = (0..2).find(|c| cell(*c).is_empty()) {
                 return wrong(place(empty), "is empty, expected a name".into());
             }

@@ -7,6 +7,7 @@ use nalgebra::Complex;
 use rotor_edge_desktop::forecast::known;
 use rotor_edge_desktop::forecast::series::EVENT;
 use rotor_edge_desktop::machine::drawing::Rotor;
+use rotor_edge_desktop::spreadsheet;
 use rotor_edge_desktop::track::{CredibleIntervals, ReadingEstimate, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;
@@ -31,7 +32,7 @@ pub fn write(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<
     }
     head.extend(known_then.iter().flat_map(|_| known::header()));
     let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(&head)?;
+    writer.write_record(head.iter().map(|name| spreadsheet::cell(name).into_owned()))?;
     for (i, e) in track.estimates.iter().enumerate() {
         let before_d = if i == 0 { f64::NEG_INFINITY } else { track.estimates[i - 1].time_d };
         let is_event = track.flags.iter().any(|f| before_d < f.since_d && f.since_d <= e.time_d);

@@ -242,7 +242,9 @@ class Drawn {
   }
 
   csv() {
-    const cell = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    // a spreadsheet would compute a name that looks like a formula
+    const plain = (text) => (/^[=+\-@\t\r]/.test(text) ? `'${text}` : text);
+    const cell = (text) => (/[",\n]/.test(text) ? `"${plain(text).replaceAll('"', '""')}"` : plain(text));
     return this.chart.series.filter((s) => s.columns.length && !this.hidden.has(s.name)).map((series) => {
       const head = series.columns.map((c) => cell(c.unit ? `${c.name}, ${c.unit}` : c.name));
       const rows = series.rows.map((row) => [cell(series.name), ...series.columns.map((_, i) => row[i] ?? "")].join(","));
