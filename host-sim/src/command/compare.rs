@@ -25,7 +25,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let working = listener.spinner("fitting bearings and planes");
-    let (best, sure) = judged_fit(&rotor, &readings)?;
+    let (best, sure) = arguments.measured.named(judged_fit(&rotor, &readings))?;
     working.finish_and_clear();
     let mut fit = Fitted::of("model", &rotor, &readings, best);
     fit.model.comparison = fit.model.comparison.judged_by(sure);

@@ -170,8 +170,10 @@ fn one<'a>(
     arguments: &Arguments,
     working: &ProgressBar,
 ) -> Result<SeriesForecast<'a>> {
-    let score =
-        |by: ForecastBasis| backtest(series, by, arguments.first, &arguments.horizons, arguments.days);
+    let score = |by: ForecastBasis| {
+        let scored = backtest(series, by, arguments.first, &arguments.horizons, arguments.days);
+        output::about(&arguments.track, scored)
+    };
     let (own, ahead) = match model {
         Kind::State => score(ForecastBasis::State)?,
         Kind::Naive => score(ForecastModel::Naive.into())?,
@@ -190,7 +192,8 @@ fn one<'a>(
 #[cfg(feature = "lstm")]
 fn lstm(series: &DailySeries, arguments: &Arguments) -> Result<(Vec<Score>, ForecastPath)> {
     let model = ForecastModel::Lstm { seed: arguments.seed };
-    Ok(backtest(series, model, arguments.first, &arguments.horizons, arguments.days)?)
+    let scored = backtest(series, model, arguments.first, &arguments.horizons, arguments.days);
+    output::about(&arguments.track, scored)
 }
 
 #[cfg(not(feature = "lstm"))]

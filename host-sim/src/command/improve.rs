@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         }
     });
     working.finish_and_clear();
-    let outcome = outcome?;
+    let outcome = arguments.measured.named(outcome)?;
     let mut answer = ImprovementAnswer::from(&outcome);
     answer.remarks.extend(not_used(&rotor));
     answer.written =

@@ -69,13 +69,18 @@ pub struct Cli {
 }
 
 impl Cli {
+    /// The grammar of a command line: `-1` is a number, which the command judges, and no option.
+    fn grammar() -> clap::Command {
+        Self::command().mut_subcommands(|command| command.allow_negative_numbers(true))
+    }
+
     /// The command line of this process, whose files can be written; one that makes no sense ends it with a hint and exit
     /// code 2.
     ///
     /// # Errors
     /// If what it names to be written cannot be.
     pub fn of_this_process() -> Result<Self> {
-        let mut command = Self::command().term_width(terminal::columns());
+        let mut command = Self::grammar().term_width(terminal::columns());
         let parsed = command.try_get_matches_from_mut(std::env::args_os());
         let matches = parsed.unwrap_or_else(|error| terminal::exit(&error));
         let cli = Self::from_arg_matches(&matches).unwrap_or_else(|error| terminal::exit(&error));
@@ -126,7 +131,7 @@ enum CliCommand {
 pub fn object(words: impl IntoIterator<Item = OsString>, listener: Listener) -> Result<String> {
     let words = std::iter::once("rotor-edge".into()).chain(words);
     let refused = |error: clap::Error| anyhow!(usage::sentence(&error.to_string()));
-    let matches = Cli::command().try_get_matches_from(words).map_err(refused)?;
+    let matches = Cli::grammar().try_get_matches_from(words).map_err(refused)?;
     let cli = Cli::from_arg_matches(&matches).map_err(refused)?;
     if let Some((_, arguments)) = matches.subcommand() {
         targets::check(arguments, cli.force)?;

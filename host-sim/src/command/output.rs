@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use rotor_edge_desktop::Error;
 use rotor_edge_desktop::diagnose::best_fit;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
@@ -58,12 +59,26 @@ impl Measured {
         read(&self.rotor, &self.data, &self.runout)
     }
 
+    /// What came of the readings; the file that holds them is named in the sentence on why nothing did.
+    pub fn named<T>(&self, result: Result<T, Error>) -> Result<T> {
+        about(&self.data, result)
+    }
+
     /// The same without some probes.
     pub fn read_without(&self, probes: &[String]) -> Result<(Rotor, Vec<Reading>)> {
         let rotor = rotor_file::read(&self.rotor)?.without_probes(probes)?;
         let readings = self.runout.read(&self.data, &rotor)?;
         Ok((rotor, readings))
     }
+}
+
+/// What came of a file's contents; a refusal that does not name the file gets its name.
+pub fn about<T>(path: &Path, result: Result<T, impl std::error::Error + Send + Sync + 'static>) -> Result<T> {
+    let name = path.display().to_string();
+    result.map_err(|error| match error.to_string().contains(&name) {
+        true => error.into(),
+        false => anyhow::Error::new(error).context(name),
+    })
 }
 
 /// How the runout of the probes is known.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use crate::terminal::excerpted;
+
 /// The sentence of an error. What a file holds may stand in it: a terminal must not obey that, and lines that a library made
 /// are joined.
 pub fn shown(error: &anyhow::Error) -> String {
@@ -13,14 +15,14 @@ pub fn shown(error: &anyhow::Error) -> String {
         let _ =
             if c.is_control() { write!(sentence, "{}", c.escape_debug()) } else { write!(sentence, "{c}") };
     }
-    sentence
+    excerpted(&sentence)
 }
 
 /// The first paragraph of a parser's message, on one line.
 pub fn sentence(message: &str) -> String {
     let paragraph = message.split("\n\n").next().unwrap_or(message);
     let lines: Vec<&str> = paragraph.lines().map(str::trim).collect();
-    lines.join(" ").trim_start_matches("error: ").to_string()
+    excerpted(lines.join(" ").trim_start_matches("error: "))
 }
 
 #[cfg(test)]

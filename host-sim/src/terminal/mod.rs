@@ -3,9 +3,11 @@
 //! JSON, CSV, DBC files and completions are for programs and are printed as they are.
 
 mod columns;
+mod excerpt;
 mod lines;
 mod wrap;
 
+pub use excerpt::excerpted;
 pub use lines::fit;
 
 use std::env;
@@ -56,8 +58,9 @@ pub fn log(event: &str) -> io::Result<()> {
 
 /// Ends the process as `clap` does, with help or a message that fits.
 pub fn exit(error: &clap::Error) -> ! {
-    let text = error.render().to_string();
-    if text.lines().all(|line| line.width() <= columns()) {
+    let text: Vec<String> = error.render().to_string().lines().map(excerpted).collect();
+    let text = text.join("\n") + "\n";
+    if text == error.render().to_string() && text.lines().all(|line| line.width() <= columns()) {
         error.exit();
     }
     match error.use_stderr() {

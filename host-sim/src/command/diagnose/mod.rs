@@ -31,8 +31,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let (rotor, readings) = arguments.measured.read()?;
     let (working, told) = listener.search("effects tried");
-    let found = diagnose_telling(&rotor, &readings, &told)?;
+    let found = arguments.measured.named(diagnose_telling(&rotor, &readings, &told));
     working.finish_and_clear();
+    let found = found?;
     let answer = DiagnosisAnswer::from(&found);
     if let Some(path) = &arguments.form.report {
         let fits = fits(&rotor, &readings, &answer)?;
