@@ -9,7 +9,7 @@ fn main() -> ExitCode {
     match command::run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("rotor-edge-plant: {error:#}");
+            eprintln!("rotor-edge-plant: {}", rotor_edge::command::shown(&error));
             ExitCode::FAILURE
         }
     }

@@ -254,4 +254,7 @@ fn missing_coefficients_along_y_are_those_along_x() {
     let rotor = ross::parse("r.toml", &file, false).unwrap().rotor;
     let constants = rotor.bearing[0].constants().unwrap();
     assert_eq!((constants.stiffness_n_m.yy, constants.damping_n_s_m.yy), (1e7, 100.0));
+    let without = text("layers.toml").replace("cxx = [ 100.0,]\n", "");
+    let error = ross::parse("r.toml", &without, false).unwrap_err().to_string();
+    assert!(error.contains("cxx: is missing"), "{error}");
 }

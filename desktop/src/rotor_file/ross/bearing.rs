@@ -109,6 +109,9 @@ impl Import<'_> {
             };
             let stated = [name, alike].into_iter().find(|n| e.values.get(*n).is_some_and(|v| !v.is_null()));
             columns.push(match stated.map(|n| e.list(n)) {
+                None if matches!(name, "kxx" | "cxx") => {
+                    return self.fail(e, name, "is missing or not a number");
+                }
                 None => vec![0.0],
                 Some(Some(list)) if !list.is_empty() && list.iter().all(|v| v.is_finite()) => list,
                 _ => return self.fail(e, name, "is not a number or a list of numbers, one a speed"),
@@ -154,8 +157,16 @@ impl Import<'_> {
                 let row = |(i, speed): (usize, &f64)| table_row(rpm(*speed), coefs.at(i));
                 let rows: Vec<TableRow> = speeds.iter().enumerate().map(row).collect();
                 self.carried.push(format!("{what} \"{}\" with its table of {} speeds", e.tag(), rows.len()));
+                let ends = [rows[0].speed_rpm, rows[rows.len() - 1].speed_rpm];
                 match CoefficientTable::new(rows) {
-                    Ok(table) => Law::Table(table),
+                    Ok(table) => {
+                        let [low, high] = ends.map(|end| format!("{end:.0}"));
+                        let what = format!(
+                            "outside {low} to {high} rpm the nearest row of the table holds, where ROSS extrapolates"
+                        );
+                        self.leave(&e.label(), &what);
+                        Law::Table(table)
+                    }
                     Err(what) => return self.fail(e, axis, what),
                 }
             }
