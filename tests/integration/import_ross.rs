@@ -13,8 +13,12 @@ use rotor_edge_tests::repository;
 use serde_json::Value;
 
 const TOLERANCE: f64 = 1e-6;
-/// Of a cone in steps, and of layers that carry their shear as one section.
-const OTHER_SHAPE: f64 = 1e-3;
+/// Of the critical speeds of every rotor.
+const CRITICAL: f64 = 1e-3;
+/// Of the sixth mode of cones, which are steps here and single elements there.
+const STEPS: f64 = 2e-3;
+/// Of the sixth mode of a shaft with a heavy sleeve: layers bend and shear as one section, each spreads its mass by its own shear.
+const SLEEVE: f64 = 1e-2;
 /// The files, and how near the same machine comes to ROSS's.
 const FILES: [(&str, f64); 8] = [
     ("constant.toml", TOLERANCE),
@@ -23,8 +27,8 @@ const FILES: [(&str, f64); 8] = [
     ("coupling.json", TOLERANCE),
     ("speed.toml", TOLERANCE),
     ("magnet.toml", TOLERANCE),
-    ("layers.toml", OTHER_SHAPE),
-    ("cone.toml", OTHER_SHAPE),
+    ("layers.toml", SLEEVE),
+    ("cone.toml", STEPS),
 ];
 
 fn import(name: &str) -> ImportedRotor {
@@ -55,7 +59,7 @@ fn imported_critical_speeds_and_damped_modes_equal_ross() {
         let theirs: Vec<f64> = theirs.iter().map(|v| v.as_f64().unwrap()).collect();
         for ours in critical_speeds(&system, theirs[theirs.len() - 1], 0) {
             let off = theirs.iter().map(|b| (ours.speed_rad_s / b - 1.0).abs()).fold(f64::INFINITY, f64::min);
-            assert!(off < tolerance, "{name}: {ours:?} {theirs:?}");
+            assert!(off < tolerance.min(CRITICAL), "{name}: {ours:?} {theirs:?}");
         }
     }
 }

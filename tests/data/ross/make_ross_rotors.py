@@ -92,10 +92,10 @@ def magnet():
 
 
 def cone():
-    ends = [(0.05, 0.05), (0.05, 0.055), (0.055, 0.06), (0.06, 0.06), (0.06, 0.055), (0.055, 0.05)]
-    elements = [rs.ShaftElement(0.2, 0.0, l, 0.01 if r != l and l > 0.05 else 0.0, r, material=STEEL, n=i) for i, (l, r) in enumerate(ends)]
-    disks = [rs.DiskElement(n=3, m=20.0, Id=0.1, Ip=0.18, tag="wheel")]
-    return rs.Rotor(elements, disks, [rs.BearingElement(n=n, kxx=1e7, cxx=500.0, tag=f"bearing {n}") for n in (0, 6)])
+    at = np.interp(np.linspace(0.0, 1.2, 13), [0.0, 0.2, 0.6, 0.8, 1.2], [0.05, 0.05, 0.06, 0.06, 0.05])
+    elements = [rs.ShaftElement(0.1, 0.3 * l - 0.01, l, 0.3 * r - 0.01, r, material=STEEL, n=i) for i, (l, r) in enumerate(zip(at, at[1:]))]
+    disks = [rs.DiskElement(n=6, m=20.0, Id=0.1, Ip=0.18, tag="wheel")]
+    return rs.Rotor(elements, disks, [rs.BearingElement(n=n, kxx=1e7, cxx=500.0, tag=f"bearing {n}") for n in (0, 12)])
 
 
 def lateral(rotor, W):
