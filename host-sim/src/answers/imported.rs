@@ -158,16 +158,17 @@ impl ImportedColumn {
             table_index: table,
             probe: target.probe.clone(),
             quantity: target.quantity.name(),
-            becomes: unit_of(target.quantity),
+            becomes: unit_of(column),
         }
     }
 }
 
 /// Unit of what a column becomes.
-fn unit_of(quantity: Quantity) -> &'static str {
-    match quantity {
+fn unit_of(column: &Column) -> &'static str {
+    match column.target.quantity {
         Quantity::Amplitude | Quantity::Cos | Quantity::Sin | Quantity::Real | Quantity::Imaginary => {
-            "µm 0-pk"
+            ["µm 0-pk", "µm/s 0-pk, integrated once", "µm/s² 0-pk, integrated twice"]
+                [usize::from(column.derivative)]
         }
         Quantity::Phase => "degrees of lag",
         Quantity::Speed => "rpm",

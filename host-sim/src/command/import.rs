@@ -13,7 +13,7 @@ use crate::ingest::number::Decimal;
 use crate::ingest::readings::import;
 use crate::ingest::readings::mapping::Mapping;
 use crate::ingest::target::Rule;
-use crate::ingest::unit::{Angle, Detection, Sense, Unit};
+use crate::ingest::unit::{Angle, Detection, Sense, Sensitivity, Unit};
 use crate::render;
 use crate::say;
 use crate::terminal;
@@ -101,6 +101,9 @@ struct Conventions {
     /// Sensitivity of the probes, where amplitudes are voltages (7.874 is 200 mV/mil)
     #[arg(long)]
     sensitivity_mv_um: Option<f64>,
+    /// Sensitivity of other transducers, where amplitudes are voltages, such as "100 mV/g" or "4 mV/mm/s"
+    #[arg(long, value_name = "SENSITIVITY", conflicts_with = "sensitivity_mv_um")]
+    sensitivity: Option<Sensitivity>,
     /// Order of day and month in dates such as 03/04/2024
     #[arg(long)]
     dates: Option<DateOrder>,
@@ -127,6 +130,7 @@ impl Arguments {
             unit: c.unit,
             angle: c.angle,
             sensitivity_mv_um: c.sensitivity_mv_um,
+            sensitivity: c.sensitivity,
             dates: c.dates,
             decimal: c.decimal,
             sheet: self.sheet.clone(),

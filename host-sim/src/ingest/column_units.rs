@@ -5,7 +5,7 @@ use std::fmt;
 use super::unit::{Angle, Detection, Sense, SpeedUnit, TimeUnit, Unit};
 use super::words::Word;
 
-/// What a column states of its numbers.
+/// Units and conventions that a column states.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ColumnUnits {
     pub length: Option<Unit>,
@@ -37,7 +37,7 @@ impl ColumnUnits {
             agrees
         }
         match word {
-            Word::Unit(unit) if !unit.is_derivative() => put(&mut self.length, unit),
+            Word::Unit(unit) => put(&mut self.length, unit),
             Word::Detection(detection) => put(&mut self.detection, detection),
             Word::Sense(sense) => put(&mut self.sense, sense),
             Word::Angle(angle) => put(&mut self.angle, angle),
@@ -61,7 +61,9 @@ impl fmt::Display for ColumnUnits {
         let sense = self.sense.map(|sense| if sense == Sense::Lag { "lag" } else { "lead" });
         let speed = self.speed.map(|speed| match speed {
             SpeedUnit::Rpm => "rpm",
+            SpeedUnit::Krpm => "krpm",
             SpeedUnit::Hz => "Hz",
+            SpeedUnit::PerSecond => "1/s",
             SpeedUnit::RadS => "rad/s",
         });
         let time = self.time.map(|time| match time {

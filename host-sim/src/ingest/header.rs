@@ -1,8 +1,9 @@
 //! What the name of a column says by itself.
 
 use super::column_units::ColumnUnits;
+use super::sensitivity;
 use super::target::Quantity;
-use super::unit::{TimeUnit, Unit};
+use super::unit::{Sensitivity, SpeedUnit, TimeUnit, Unit};
 use super::words::{Part, Word, parts};
 
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -11,10 +12,16 @@ pub struct Meaning {
     /// What is left of the words: the probe's name, as written.
     pub name: String,
     pub stated: ColumnUnits,
+    /// Of the transducer.
+    pub sensitivity: Option<Sensitivity>,
     /// Whether it says that it is the part at running speed.
     pub synchronous: bool,
     /// Whether the quantity is known from a unit alone.
     pub by_unit: bool,
+    /// Whether it is a velocity or an acceleration.
+    pub is_derivative: bool,
+    /// Whether its cells say that the values of another column are valid.
+    pub is_status: bool,
     /// Why the column is not needed, where the header says so.
     pub not_needed: Option<&'static str>,
     /// Two units that contradict each other.
@@ -23,19 +30,27 @@ pub struct Meaning {
 
 /// The meaning of a header, together with what stands above and below it.
 pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
-    let mut said = Meaning::default();
+    let (header, sensitivity) = sensitivity::cut(header);
+    let mut said = Meaning { sensitivity, ..Meaning::default() };
     let mut words = Vec::new();
     let mut names = Vec::new();
-    for part in parts(header, is_probe) {
+    for part in parts(&header, is_probe) {
         match part {
             Part::Says(word) => {
                 let unit = said.stated.take(word);
                 let is_unit = match word {
-                    Word::Unit(unit) => !unit.is_derivative(),
-                    Word::Detection(_) | Word::Sense(_) | Word::Angle(_) | Word::SpeedUnit(_) => true,
+                    Word::Unit(_)
+                    | Word::Detection(_)
+                    | Word::Sense(_)
+                    | Word::Angle(_)
+                    | Word::SpeedUnit(_) => true,
                     _ => false,
                 };
-                said.contradicts |= is_unit && !unit;
+                let is_unknown_rate = matches!(
+                    (words.last(), word),
+                    (Some(Word::Unit(_)), Word::TimeUnit(_) | Word::SpeedUnit(SpeedUnit::PerSecond))
+                );
+                said.contradicts |= (is_unit && !unit) || is_unknown_rate;
                 words.push(word);
             }
             Part::Name(name) => names.push(name),
@@ -46,9 +61,9 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
     said.synchronous = has(Word::Synchronous);
     if has(Word::OtherVibration) {
         said.not_needed = Some("not the vibration at running speed");
-    } else if words.iter().any(|word| is_derivative(*word)) {
-        said.not_needed = Some("no displacement");
     }
+    said.is_derivative = has(Word::Derivative) || said.stated.length.is_some_and(Unit::is_derivative);
+    said.is_status = has(Word::Status);
     let said_by_word = [
         (Word::Gap, Quantity::Gap),
         (Word::Phase, Quantity::Phase),
@@ -65,7 +80,9 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
         (Word::Machine, Quantity::Machine),
         (Word::Point, Quantity::Point),
     ];
-    let by_word = said_by_word.into_iter().find(|(word, _)| has(*word)).map(|(_, quantity)| quantity);
+    // "speed" is the velocity of a vibration in some languages
+    let of_word = |(word, _): &(Word, Quantity)| has(*word) && !(*word == Word::Speed && said.is_derivative);
+    let by_word = said_by_word.into_iter().find(of_word).map(|(_, quantity)| quantity);
     said.by_unit = by_word.is_none();
     said.quantity = by_word.or(match said.stated {
         ColumnUnits { speed: Some(_), .. } => Some(Quantity::Speed),
@@ -76,25 +93,19 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
         ColumnUnits { time: Some(TimeUnit::EpochSeconds | TimeUnit::EpochMilliseconds), .. } => {
             Some(Quantity::Time)
         }
+        _ if has(Word::Derivative) || has(Word::YAxis) => Some(Quantity::Amplitude),
+        _ if has(Word::XAxis) => Some(Quantity::Time),
         _ => None,
     });
     said
-}
-
-/// Whether a word is a velocity or an acceleration.
-fn is_derivative(word: Word) -> bool {
-    match word {
-        Word::Velocity => true,
-        Word::Unit(unit) => unit.is_derivative(),
-        _ => false,
-    }
 }
 
 /// Whether a text is nothing but units.
 pub fn is_unit(text: &str) -> bool {
     let mut stated = ColumnUnits::default();
     let parts = parts(text, |_| false);
-    let unit = |part: &Part| matches!(part, Part::Says(word) if is_derivative(*word) || stated.take(*word));
+    let unit =
+        |part: &Part| matches!(part, Part::Says(word) if *word == Word::Derivative || stated.take(*word));
     !parts.is_empty() && { parts }.iter().all(unit)
 }
 

@@ -7,6 +7,7 @@
 //! | `table` | where in a sheet the header and the rows are |
 //! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
 //! | `words`, `header`, `probes` | what a column's header says: quantity, unit, probe |
+//! | `preamble`, `sensitivity` | what the lines above a table state |
 //! | `unit`, `column_units`, `target` | units and conventions, and what a column becomes |
 //! | [`readings`] | tables made into measurements |
 //! | [`waveform`] | waveforms made into 1x readings by the core's extraction |
@@ -18,10 +19,12 @@ mod encoding;
 mod format;
 mod header;
 pub(crate) mod number;
+mod preamble;
 mod probes;
 pub mod readings;
 mod sampled;
 mod samples;
+mod sensitivity;
 mod sheet;
 mod table;
 pub(crate) mod target;

@@ -1,7 +1,7 @@
 //! Names of probes: as the rotor's file has them, or as the export writes them.
 
 use super::table::ReadingTable;
-use super::words::{Part, Word, order, parts};
+use super::words::order;
 
 /// The probes that may be in an export.
 #[derive(Debug, Clone, Default)]
@@ -49,14 +49,4 @@ impl Probes {
 
 fn letters(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_uppercase).collect()
-}
-
-/// What the lines above a table say behind a word such as `Channel:`.
-pub fn stated_above(table: &ReadingTable, key: Word) -> Option<String> {
-    table.above.iter().find_map(|line| {
-        let (before, after) = line.split_once([':', '=']).or_else(|| line.split_once(' '))?;
-        let is_key = parts(before, |_| false).contains(&Part::Says(key));
-        let value = after.trim().trim_start_matches(':').trim();
-        (is_key && !value.is_empty()).then(|| value.to_string())
-    })
 }

@@ -25,6 +25,15 @@ impl Cell {
         }
     }
 
+    /// The text of a cell that holds a state, a number as it is written shortest.
+    pub fn state(&self) -> Option<String> {
+        match self {
+            Self::Text(text) => Some(text.clone()),
+            Self::Number(x) => Some(x.to_string()),
+            Self::Empty | Self::Time(_) => None,
+        }
+    }
+
     pub fn is_empty(&self) -> bool {
         *self == Self::Empty
     }

@@ -1,11 +1,16 @@
 //! Where in a sheet the table is: what stands above it, its header, the units below that, its rows.
 
+use std::collections::HashSet;
+
 use super::header::{is_unit, meaning};
+use super::preamble::{self, Line};
 use super::sheet::{Cell, Sheet, SheetRow};
 use super::target::Quantity;
 
 /// Rows in which a header is looked for.
 const DEEPEST: usize = 200;
+/// Rows of a header above the one with most of the names.
+const MOST_UPPER: usize = 3;
 
 /// A table of a sheet.
 #[derive(Debug, Clone)]
@@ -14,20 +19,22 @@ pub struct ReadingTable<'a> {
     /// Row of the header, from 1.
     pub header_row: usize,
     pub columns: Vec<Header>,
-    /// Text above the header row.
-    pub above: Vec<String>,
+    /// What stands above it.
+    pub above: Vec<Line>,
+    /// The rows of the header, units included.
+    pub head: &'a [SheetRow],
     pub rows: &'a [SheetRow],
 }
 
 /// The head of one column.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Header {
     /// Place in the row, from 0.
     pub index: usize,
     pub name: String,
-    /// What stands in the row above, over this and the columns to its right.
+    /// What stands in the rows above, over this and the columns to its right.
     pub group: String,
-    /// What stands in the rows of units below.
+    /// What stands in the rows of units below, or is stated above the table.
     pub unit: String,
 }
 
@@ -43,50 +50,125 @@ pub fn find(sheet: &Sheet) -> Option<ReadingTable<'_>> {
     let candidates = sheet.rows.iter().take(DEEPEST).enumerate();
     let scored = candidates.map(|(at, row)| (at, score(row)));
     let (at, _) = scored.filter(|(_, score)| *score >= 2).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-    let (columns, below) = headers(&sheet.rows, at);
-    let above = sheet.rows[..at].iter().map(|row| {
-        row.cells.iter().filter_map(Cell::as_text).collect::<Vec<_>>().join(" ").replace(['#', '"'], " ")
-    });
+    let Head { mut columns, above, below } = head(&sheet.rows, at);
+    let rows = &sheet.rows[at + 1 + below..];
+    add_unnamed(&mut columns, sheet, rows);
+    let lines = preamble::lines(&sheet.rows[..at - above]);
+    preamble::complete(&mut columns, &lines);
     Some(ReadingTable {
         sheet,
         header_row: sheet.rows[at].number,
         columns,
-        above: above.collect(),
-        rows: &sheet.rows[at + 1 + below..],
+        above: lines,
+        head: &sheet.rows[at - above..=at + below],
+        rows,
     })
+}
+
+/// Adds the columns that hold something and have no name.
+fn add_unnamed(columns: &mut Vec<Header>, sheet: &Sheet, rows: &[SheetRow]) {
+    let named = columns.last().map_or(0, |column| column.index + 1);
+    // a row of text that is longer than the header was cut in the wrong places
+    let width = if sheet.separator.is_some() { named } else { usize::MAX };
+    let mut is_filled = Vec::new();
+    for row in rows {
+        let cells = &row.cells[..row.cells.len().min(width)];
+        is_filled.resize(cells.len().max(is_filled.len()), false);
+        for (filled, cell) in is_filled.iter_mut().zip(cells) {
+            *filled |= !cell.is_empty();
+        }
+    }
+    for column in columns.iter() {
+        if let Some(filled) = is_filled.get_mut(column.index) {
+            *filled = false;
+        }
+    }
+    let unnamed = is_filled.iter().enumerate().filter(|(_, filled)| **filled);
+    columns.extend(unnamed.map(|(index, _)| Header { index, ..Header::default() }));
+    columns.sort_by_key(|column| column.index);
 }
 
 /// The heads of the columns whose names stand in row `at`, and how many rows of units are below it.
 pub fn headers(rows: &[SheetRow], at: usize) -> (Vec<Header>, usize) {
+    let head = head(rows, at);
+    (head.columns, head.below)
+}
+
+struct Head {
+    columns: Vec<Header>,
+    /// Rows of it above the row with the names, and below.
+    above: usize,
+    below: usize,
+}
+
+fn head(rows: &[SheetRow], at: usize) -> Head {
     let below = rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
-    let text = |row: Option<&SheetRow>, column: usize| {
-        row.and_then(|row| row.cell(column).as_text()).unwrap_or_default().replace(['\r', '\n'], " ")
+    let text = |row: &SheetRow, column: usize| {
+        row.cell(column).as_text().unwrap_or_default().replace(['\r', '\n'], " ")
     };
-    let header = &rows[at];
-    let names: Vec<String> = (0..header.cells.len()).map(|i| text(Some(header), i)).collect();
-    let above_it = at.checked_sub(1).map(|at| &rows[at]);
-    let grouped = is_repeated(&names);
-    let mut group = String::new();
-    let mut columns = Vec::new();
-    for (index, name) in names.into_iter().enumerate() {
-        let over = text(above_it, index);
-        if grouped && !over.is_empty() {
-            group = over;
+    let uppers = rows[..at].iter().rev().take(MOST_UPPER).take_while(|row| is_upper(row, &rows[at]));
+    let uppers: Vec<&SheetRow> = uppers.collect();
+    let parts = uppers.iter().copied().chain(&rows[at..=at + below]);
+    let width = parts.map(width).max().unwrap_or(0);
+    let name = |index: usize| Header { index, name: text(&rows[at], index), ..Header::default() };
+    let mut columns: Vec<Header> = (0..width).map(name).collect();
+    let mut above = 0;
+    for upper in uppers {
+        let over: Vec<String> = (0..width).map(|column| text(upper, column)).collect();
+        let labels = |c: &Header| !c.name.is_empty() && !is_unit(&c.name);
+        let completes = columns.iter().zip(&over).any(|(c, over)| !over.is_empty() && !labels(c));
+        if !completes && !is_repeated(&columns) {
+            break;
         }
-        let units: Vec<String> = (1..=below).map(|down| text(rows.get(at + down), index)).collect();
-        let unit = units.join(" ").trim().to_string();
-        if !name.is_empty() {
-            columns.push(Header { index, name, group: group.clone(), unit });
+        above += 1;
+        put_over(&mut columns, over);
+    }
+    for column in &mut columns {
+        let units: Vec<String> = (1..=below).map(|down| text(&rows[at + down], column.index)).collect();
+        column.unit = units.join(" ").trim().to_string();
+        if column.name.is_empty() {
+            column.name = std::mem::take(&mut column.unit);
         }
     }
-    (columns, below)
+    columns.retain(|column| !column.name.is_empty());
+    Head { columns, above, below }
+}
+
+/// Puts a row of the header over those below it: a cell names its column where nothing else does, and else stands over all
+/// columns up to the next cell, unless it is what only one column can be.
+fn put_over(columns: &mut [Header], over: Vec<String>) {
+    let mut group = String::new();
+    for (column, over) in columns.iter_mut().zip(over) {
+        if column.name.is_empty() {
+            column.name = over;
+            group.clear();
+            continue;
+        }
+        let mut own = group.clone();
+        if !over.is_empty() {
+            own.clone_from(&over);
+            let quantity = meaning(&over, |_| false).quantity;
+            group = if quantity.is_none_or(Quantity::is_of_probe) { over } else { String::new() };
+        }
+        column.group = format!("{own} {}", column.group).trim().to_string();
+    }
+}
+
+/// Whether a row may be part of the header below it: texts alone, more than a key and what it states.
+fn is_upper(row: &SheetRow, header: &SheetRow) -> bool {
+    let is_text = row.cells.iter().all(|cell| matches!(cell, Cell::Empty | Cell::Text(_)));
+    is_text && (width(row) > 2 || width(header) <= width(row).max(2))
+}
+
+/// Cells of a row up to the last that holds something.
+fn width(row: &SheetRow) -> usize {
+    row.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1)
 }
 
 /// The row of names directly above rows of samples, with the rows of units between them; `is_value` is what a sample or its
 /// time may be.
 pub fn above_samples(rows: &[SheetRow], is_value: impl Fn(&Cell) -> bool) -> Option<usize> {
     let filled = |row: &SheetRow| row.cells.iter().filter(|c| !c.is_empty()).count();
-    let width = |row: &SheetRow| row.cells.iter().rposition(|c| !c.is_empty()).map_or(0, |last| last + 1);
     let values = |row: &SheetRow| row.cells.iter().filter(|c| is_value(c)).count();
     rows.iter().enumerate().position(|(at, row)| {
         let below = rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
@@ -118,8 +200,12 @@ fn is_unit_row(row: &SheetRow) -> bool {
     units > 0 && 2 * units >= texts.len() && !numbers
 }
 
-fn is_repeated(names: &[String]) -> bool {
-    let vibration = |name: &&String| meaning(name, |_| false).quantity.is_some_and(Quantity::is_vibration);
-    let of_vibration: Vec<&String> = names.iter().filter(vibration).collect();
-    of_vibration.iter().enumerate().any(|(i, name)| of_vibration[..i].contains(name))
+/// Whether two columns of vibration have one name.
+fn is_repeated(columns: &[Header]) -> bool {
+    let of_vibration = columns
+        .iter()
+        .map(Header::text)
+        .filter(|text| meaning(text, |_| false).quantity.is_some_and(Quantity::is_vibration));
+    let mut seen = HashSet::new();
+    of_vibration.into_iter().any(|text| !seen.insert(text))
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::column_units::ColumnUnits;
 use super::words::{Part, parts};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quantity {
     Run,
     /// A moment, or the date of one if there is a column with the clock.
@@ -27,11 +27,13 @@ pub enum Quantity {
     Real,
     Imaginary,
     Gap,
+    /// Whether the value of another column is valid.
+    Status,
     /// Nothing: the column is ignored.
     Left,
 }
 
-const NAMES: [(Quantity, &str); 14] = [
+const NAMES: [(Quantity, &str); 15] = [
     (Quantity::Run, "run"),
     (Quantity::Time, "time"),
     (Quantity::Clock, "clock"),
@@ -45,6 +47,7 @@ const NAMES: [(Quantity, &str); 14] = [
     (Quantity::Real, "real"),
     (Quantity::Imaginary, "imaginary"),
     (Quantity::Gap, "gap"),
+    (Quantity::Status, "status"),
     (Quantity::Left, "left"),
 ];
 

@@ -26,16 +26,24 @@ pub enum Unit {
     Millivolt,
     #[serde(rename = "v")]
     Volt,
-    #[serde(skip)]
+    #[serde(rename = "um/s")]
+    MicrometrePerSecond,
+    #[serde(rename = "mm/s")]
     MillimetrePerSecond,
-    #[serde(skip)]
+    #[serde(rename = "mil/s")]
+    MilPerSecond,
+    #[serde(rename = "in/s")]
     InchPerSecond,
-    #[serde(skip)]
+    #[serde(rename = "m/s")]
     MetrePerSecond,
-    #[serde(skip)]
+    #[serde(rename = "mm/s2")]
+    MillimetrePerSecondSquared,
+    #[serde(rename = "in/s2")]
+    InchPerSecondSquared,
+    #[serde(rename = "m/s2")]
     MetrePerSecondSquared,
     /// Multiples of 9.80665 m/s².
-    #[serde(skip)]
+    #[serde(rename = "g")]
     G,
 }
 
@@ -58,9 +66,13 @@ impl Unit {
             Self::Inch => "inch",
             Self::Millivolt => "mV",
             Self::Volt => "V",
+            Self::MicrometrePerSecond => "um/s",
             Self::MillimetrePerSecond => "mm/s",
+            Self::MilPerSecond => "mil/s",
             Self::InchPerSecond => "in/s",
             Self::MetrePerSecond => "m/s",
+            Self::MillimetrePerSecondSquared => "mm/s2",
+            Self::InchPerSecondSquared => "in/s2",
             Self::MetrePerSecondSquared => "m/s2",
             Self::G => "g",
         }
@@ -75,9 +87,13 @@ impl Unit {
             Self::Inch => Dimension::Displacement(25.4e3),
             Self::Millivolt => Dimension::Voltage(1.0),
             Self::Volt => Dimension::Voltage(1e3),
+            Self::MicrometrePerSecond => Dimension::Velocity(1.0),
             Self::MillimetrePerSecond => Dimension::Velocity(1e3),
+            Self::MilPerSecond => Dimension::Velocity(25.4),
             Self::InchPerSecond => Dimension::Velocity(25.4e3),
             Self::MetrePerSecond => Dimension::Velocity(1e6),
+            Self::MillimetrePerSecondSquared => Dimension::Acceleration(1e3),
+            Self::InchPerSecondSquared => Dimension::Acceleration(25.4e3),
             Self::MetrePerSecondSquared => Dimension::Acceleration(1e6),
             Self::G => Dimension::Acceleration(1e6 * G_M_S2),
         }
@@ -87,17 +103,26 @@ impl Unit {
         matches!(self.dimension(), Dimension::Voltage(_))
     }
 
+    pub fn is_displacement(self) -> bool {
+        matches!(self.dimension(), Dimension::Displacement(_))
+    }
+
     /// Whether it is one of velocity or acceleration, which no proximity probe has.
     pub fn is_derivative(self) -> bool {
         matches!(self.dimension(), Dimension::Velocity(_) | Dimension::Acceleration(_))
     }
 
-    /// µm of one unit; a voltage needs the sensitivity, mV/µm. Nothing for velocities and accelerations.
-    pub fn um(self, sensitivity_mv_um: Option<f64>) -> Option<f64> {
+    /// What one unit is of a vibration; a voltage needs the sensitivity of its transducer.
+    pub fn vibration(self, sensitivity: Option<Sensitivity>) -> Option<Vibration> {
         match self.dimension() {
-            Dimension::Displacement(um) => Some(um),
-            Dimension::Voltage(mv) => Some(mv / sensitivity_mv_um?),
-            Dimension::Velocity(_) | Dimension::Acceleration(_) => None,
+            Dimension::Displacement(size) => Some(Vibration { size, derivative: 0 }),
+            Dimension::Velocity(size) => Some(Vibration { size, derivative: 1 }),
+            Dimension::Acceleration(size) => Some(Vibration { size, derivative: 2 }),
+            Dimension::Voltage(mv) => {
+                let Sensitivity { mv: of_one, per } = sensitivity?;
+                let one = per.vibration(None)?;
+                Some(Vibration { size: one.size * mv / of_one, ..one })
+            }
         }
     }
 
@@ -107,15 +132,11 @@ impl Unit {
     }
 
     /// Factor from a phasor in this unit at a speed to the displacement in µm; nothing where the factor is 1 or the unit a
-    /// voltage. `u = Re(Y e^{iΩt})` has the velocity `iΩY` and the acceleration `−Ω²Y`.
+    /// voltage.
     pub fn integral(self, speed_rpm: f64) -> Option<Complex<f64>> {
-        let omega = rad_s(speed_rpm);
-        match self.dimension() {
-            Dimension::Voltage(_) | Dimension::Displacement(1.0) => None,
-            Dimension::Displacement(um) => Some(Complex::new(um, 0.0)),
-            Dimension::Velocity(um_s) => Some(Complex::new(0.0, -um_s / omega)),
-            Dimension::Acceleration(um_s2) => Some(Complex::new(-um_s2 / (omega * omega), 0.0)),
-        }
+        let vibration = self.vibration(None)?;
+        let is_one = vibration == Vibration { size: 1.0, derivative: 0 };
+        (!is_one).then(|| vibration.size * vibration.displacement(speed_rpm))
     }
 
     /// Parses `--unit` of exported amplitudes.
@@ -126,7 +147,11 @@ impl Unit {
             (Self::Millimetre, PossibleValue::new("mm")),
             (Self::Metre, PossibleValue::new("m")),
             (Self::Inch, PossibleValue::new("inch")),
-            (Self::Millivolt, PossibleValue::new("mv").help("Of a probe with a known sensitivity")),
+            (Self::MillimetrePerSecond, PossibleValue::new("mm/s").help("Velocity")),
+            (Self::InchPerSecond, PossibleValue::new("in/s")),
+            (Self::MetrePerSecondSquared, PossibleValue::new("m/s2").help("Acceleration")),
+            (Self::G, PossibleValue::new("g").help("Acceleration in multiples of 9.80665 m/s²")),
+            (Self::Millivolt, PossibleValue::new("mv").help("Of a transducer with a known sensitivity")),
             (Self::Volt, PossibleValue::new("v")),
         ];
         one_of(all)
@@ -143,6 +168,36 @@ impl Unit {
             (Self::G, "Acceleration in multiples of 9.80665 m/s²"),
         ];
         one_of(all.map(|(unit, help)| (unit, PossibleValue::new(unit.symbol()).help(help))))
+    }
+}
+
+/// A vibration: how much of it one unit is, and which derivative of the displacement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vibration {
+    /// µm, µm/s or µm/s².
+    pub size: f64,
+    /// 0 for a displacement, 1 for a velocity, 2 for an acceleration.
+    pub derivative: u8,
+}
+
+impl Vibration {
+    /// Factor from its phasor at a speed to that of the displacement: `u = Re(Y e^{iΩt})` has the velocity `iΩY` and the
+    /// acceleration `−Ω²Y`.
+    pub fn displacement(self, speed_rpm: f64) -> Complex<f64> {
+        Complex::new(0.0, rad_s(speed_rpm)).powi(-i32::from(self.derivative))
+    }
+}
+
+/// Sensitivity of a transducer, such as 100 mV/g.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    pub mv: f64,
+    pub per: Unit,
+}
+
+impl Sensitivity {
+    pub fn of_probe(mv_um: f64) -> Self {
+        Self { mv: mv_um, per: Unit::Micrometre }
     }
 }
 
@@ -200,7 +255,11 @@ impl Angle {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeedUnit {
     Rpm,
+    /// Thousands of revolutions a minute.
+    Krpm,
     Hz,
+    /// Of revolutions; of radians where the header names an angular speed.
+    PerSecond,
     RadS,
 }
 
@@ -208,7 +267,8 @@ impl SpeedUnit {
     pub fn rpm(self) -> f64 {
         match self {
             Self::Rpm => 1.0,
-            Self::Hz => 60.0,
+            Self::Krpm => 1e3,
+            Self::Hz | Self::PerSecond => 60.0,
             Self::RadS => rpm(1.0),
         }
     }
@@ -260,8 +320,12 @@ mod tests {
         for (unit, y) in [
             (Unit::MillimetrePerSecond, velocity_mm_s),
             (Unit::InchPerSecond, velocity_mm_s / 25.4),
+            (Unit::MilPerSecond, velocity_mm_s / 25.4e-3),
+            (Unit::MicrometrePerSecond, velocity_mm_s * 1e3),
             (Unit::MetrePerSecondSquared, acceleration_m_s2),
             (Unit::G, acceleration_m_s2 / 9.80665),
+            (Unit::MillimetrePerSecondSquared, acceleration_m_s2 * 1e3),
+            (Unit::InchPerSecondSquared, acceleration_m_s2 / 25.4e-3),
         ] {
             let found = y * unit.integral(3000.0).unwrap();
             assert!((found - 10.0).norm() < 1e-12, "{unit:?}: {found}");

@@ -31,13 +31,22 @@ pub enum Word {
     Angle(Angle),
     SpeedUnit(SpeedUnit),
     TimeUnit(TimeUnit),
-    /// A velocity without its unit, which no proximity probe has.
-    Velocity,
+    /// A velocity or an acceleration, whatever its unit.
+    Derivative,
+    /// What a plot has along its axes, as exports of plots call their columns.
+    XAxis,
+    YAxis,
+    /// Whether a value is valid.
+    Status,
     Filler,
 }
 
 /// Phrases of more than letters and digits, longest first, and the word each stands for.
-const PHRASES: [(&str, &str); 55] = [
+const PHRASES: [(&str, &str); 150] = [
+    ("x-axis", "x_axis"),
+    ("x axis", "x_axis"),
+    ("y-axis", "y_axis"),
+    ("y axis", "y_axis"),
     ("spitze zu spitze", "pp"),
     ("spitze-spitze", "pp"),
     ("crête à crête", "pp"),
@@ -80,19 +89,110 @@ const PHRASES: [(&str, &str); 55] = [
     ("s-s", "pp"),
     ("c-c", "pp"),
     ("1/min", "rpm"),
+    ("cycles/min", "rpm"),
+    ("umdr/min", "rpm"),
+    ("rpm/1000", "krpm"),
+    ("rpm x1000", "krpm"),
+    ("rpm x 1000", "krpm"),
+    ("x1000 rpm", "krpm"),
+    ("x 1000 rpm", "krpm"),
+    ("1000 rpm", "krpm"),
+    ("rev/sec", "per_second"),
+    ("rev/s", "per_second"),
+    ("tr/s", "per_second"),
+    ("u/s", "per_second"),
+    ("r/s", "per_second"),
+    ("s^-1", "per_second"),
+    ("s⁻¹", "per_second"),
+    ("rad/sec", "radians_per_second"),
     ("u/min", "rpm"),
     ("r/min", "rpm"),
     ("rev/min", "rpm"),
     ("tr/min", "rpm"),
+    ("mm s^-1", "mm_per_s"),
+    ("mm s⁻¹", "mm_per_s"),
+    ("mm s^-2", "mm_per_s2"),
+    ("mm s⁻²", "mm_per_s2"),
+    ("mm·s^-1", "mm_per_s"),
+    ("mm·s⁻¹", "mm_per_s"),
+    ("mm·s^-2", "mm_per_s2"),
+    ("mm·s⁻²", "mm_per_s2"),
+    ("mm*s^-1", "mm_per_s"),
+    ("mm*s⁻¹", "mm_per_s"),
+    ("mm*s^-2", "mm_per_s2"),
+    ("mm*s⁻²", "mm_per_s2"),
+    ("um s^-1", "um_per_s"),
+    ("um s⁻¹", "um_per_s"),
+    ("um·s^-1", "um_per_s"),
+    ("um·s⁻¹", "um_per_s"),
+    ("um*s^-1", "um_per_s"),
+    ("um*s⁻¹", "um_per_s"),
+    ("in s^-1", "in_per_s"),
+    ("in s⁻¹", "in_per_s"),
+    ("in s^-2", "in_per_s2"),
+    ("in s⁻²", "in_per_s2"),
+    ("in·s^-1", "in_per_s"),
+    ("in·s⁻¹", "in_per_s"),
+    ("in·s^-2", "in_per_s2"),
+    ("in·s⁻²", "in_per_s2"),
+    ("in*s^-1", "in_per_s"),
+    ("in*s⁻¹", "in_per_s"),
+    ("in*s^-2", "in_per_s2"),
+    ("in*s⁻²", "in_per_s2"),
+    ("m s^-1", "m_per_s"),
+    ("m s⁻¹", "m_per_s"),
+    ("m s^-2", "m_per_s2"),
+    ("m s⁻²", "m_per_s2"),
+    ("m·s^-1", "m_per_s"),
+    ("m·s⁻¹", "m_per_s"),
+    ("m·s^-2", "m_per_s2"),
+    ("m·s⁻²", "m_per_s2"),
+    ("m*s^-1", "m_per_s"),
+    ("m*s⁻¹", "m_per_s"),
+    ("m*s^-2", "m_per_s2"),
+    ("m*s⁻²", "m_per_s2"),
     ("min^-1", "rpm"),
     ("min⁻¹", "rpm"),
     ("rad/s", "radians_per_second"),
-    ("m/s^2", "m_per_s2"),
+    ("mm/sec^2", "mm_per_s2"),
+    ("mm/sec²", "mm_per_s2"),
+    ("mm/sec2", "mm_per_s2"),
+    ("mm/s^2", "mm_per_s2"),
+    ("mm/s²", "mm_per_s2"),
+    ("mm/s2", "mm_per_s2"),
+    ("mm/sec", "mm_per_s"),
     ("mm/s", "mm_per_s"),
+    ("um/sec", "um_per_s"),
+    ("um/s", "um_per_s"),
+    ("mils/sec", "mil_per_s"),
+    ("mils/s", "mil_per_s"),
+    ("mil/sec", "mil_per_s"),
+    ("mil/s", "mil_per_s"),
+    ("inch/sec^2", "in_per_s2"),
+    ("inch/sec²", "in_per_s2"),
+    ("inch/sec2", "in_per_s2"),
+    ("inch/s^2", "in_per_s2"),
+    ("inch/s²", "in_per_s2"),
+    ("inch/s2", "in_per_s2"),
+    ("inch/sec", "in_per_s"),
+    ("inch/s", "in_per_s"),
+    ("in/sec^2", "in_per_s2"),
+    ("in/sec²", "in_per_s2"),
+    ("in/sec2", "in_per_s2"),
+    ("in/s^2", "in_per_s2"),
+    ("in/s²", "in_per_s2"),
+    ("in/s2", "in_per_s2"),
+    ("in/sec", "in_per_s"),
     ("in/s", "in_per_s"),
+    ("m/sec^2", "m_per_s2"),
+    ("m/sec²", "m_per_s2"),
+    ("m/sec2", "m_per_s2"),
+    ("m/s^2", "m_per_s2"),
     ("m/s²", "m_per_s2"),
     ("m/s2", "m_per_s2"),
+    ("m/sec", "m_per_s"),
     ("m/s", "m_per_s"),
+    ("1/s", "per_second"),
 ];
 
 /// `16X` is a probe at bearing 16, `2X` the second harmonic, unless there is a `2Y`.
@@ -112,7 +212,16 @@ fn word(lower: &str) -> Option<Word> {
         "real" | "re" | "realteil" => Word::Real,
         "imag" | "im" | "imaginary" | "imaginärteil" | "quad" | "quadrature" => Word::Imaginary,
         "gap" | "spalt" | "spaltspannung" | "bias" => Word::Gap,
-        "speed" | "drehzahl" | "velocidad" | "vitesse" | "tacho" | "n" => Word::Speed,
+        "speed"
+        | "drehzahl"
+        | "velocidad"
+        | "vitesse"
+        | "tacho"
+        | "n"
+        | "omega"
+        | "ω"
+        | "winkelgeschwindigkeit"
+        | "drehfrequenz" => Word::Speed,
         "run" | "lauf" | "versuch" | "messlauf" | "condition" => Word::Run,
         "time" | "timestamp" | "datetime" | "zeit" | "zeitstempel" | "zeitpunkt" | "zeitmarke" | "hora"
         | "temps" => Word::Time,
@@ -136,23 +245,44 @@ fn word(lower: &str) -> Option<Word> {
         "deg" | "degree" | "degrees" | "°" | "grad" | "degs" | "grados" => Word::Angle(Angle::Degrees),
         "rad" | "radian" | "radians" | "radiant" => Word::Angle(Angle::Radians),
         "rpm" => Word::SpeedUnit(SpeedUnit::Rpm),
+        "cpm" | "upm" => Word::SpeedUnit(SpeedUnit::Rpm),
+        "krpm" | "kcpm" => Word::SpeedUnit(SpeedUnit::Krpm),
         "hz" => Word::SpeedUnit(SpeedUnit::Hz),
+        "per_second" | "rps" => Word::SpeedUnit(SpeedUnit::PerSecond),
         "radians_per_second" => Word::SpeedUnit(SpeedUnit::RadS),
-        "ms" | "milliseconds" => Word::TimeUnit(TimeUnit::Milliseconds),
+        "ms" | "msec" | "msecs" | "millisecond" | "milliseconds" | "millisekunden" => {
+            Word::TimeUnit(TimeUnit::Milliseconds)
+        }
         "microseconds" => Word::TimeUnit(TimeUnit::Microseconds),
-        "s" | "sec" | "seconds" | "sekunden" => Word::TimeUnit(TimeUnit::Seconds),
-        "min" | "minutes" | "minuten" => Word::TimeUnit(TimeUnit::Minutes),
-        "h" | "hours" | "stunden" => Word::TimeUnit(TimeUnit::Hours),
-        "d" | "days" | "tage" => Word::TimeUnit(TimeUnit::Days),
+        "s" | "sec" | "secs" | "second" | "seconds" | "sekunden" => Word::TimeUnit(TimeUnit::Seconds),
+        "min" | "mins" | "minute" | "minutes" | "minuten" => Word::TimeUnit(TimeUnit::Minutes),
+        "h" | "hr" | "hrs" | "hour" | "hours" | "stunden" => Word::TimeUnit(TimeUnit::Hours),
+        "d" | "day" | "days" | "tage" => Word::TimeUnit(TimeUnit::Days),
         "excel" => Word::TimeUnit(TimeUnit::Excel),
         "epoch" | "unix" | "epoch_s" => Word::TimeUnit(TimeUnit::EpochSeconds),
         "epoch_ms" => Word::TimeUnit(TimeUnit::EpochMilliseconds),
+        "um_per_s" => Word::Unit(Unit::MicrometrePerSecond),
         "mm_per_s" => Word::Unit(Unit::MillimetrePerSecond),
+        "mil_per_s" => Word::Unit(Unit::MilPerSecond),
         "in_per_s" | "ips" => Word::Unit(Unit::InchPerSecond),
         "m_per_s" => Word::Unit(Unit::MetrePerSecond),
+        "mm_per_s2" => Word::Unit(Unit::MillimetrePerSecondSquared),
+        "in_per_s2" => Word::Unit(Unit::InchPerSecondSquared),
         "m_per_s2" => Word::Unit(Unit::MetrePerSecondSquared),
-        "g" => Word::Unit(Unit::G),
-        "velocity" => Word::Velocity,
+        "g" | "gs" => Word::Unit(Unit::G),
+        "velocity"
+        | "vel"
+        | "acceleration"
+        | "accel"
+        | "acc"
+        | "geschwindigkeit"
+        | "beschleunigung"
+        | "schwinggeschwindigkeit"
+        | "schwingbeschleunigung"
+        | "schnelle" => Word::Derivative,
+        "x_axis" => Word::XAxis,
+        "y_axis" => Word::YAxis,
+        "status" | "validity" | "quality" | "qualität" => Word::Status,
         "vibration" | "vib" | "value" | "wert" | "messwert" | "avg" | "average" | "mean" | "of"
         | "filtered" | "vector" | "displacement" | "component" | "name" | "id" | "no" | "unit" | "units"
         | "measured" | "shaft" | "der" | "the" | "und" | "and" => Word::Filler,
@@ -181,8 +311,12 @@ pub fn parts(text: &str, is_probe: impl Fn(&str) -> bool) -> Vec<Part> {
         replace_whole(&mut text, microseconds, "microseconds");
     }
     let mut plain: String = text.chars().map(|c| if "µμ".contains(c) { 'u' } else { c }).collect();
+    let mut lower = plain.to_lowercase();
     for (phrase, stands_for) in PHRASES {
-        replace_whole(&mut plain, phrase, stands_for);
+        if lower.contains(phrase) {
+            replace_whole(&mut plain, phrase, stands_for);
+            lower = plain.to_lowercase();
+        }
     }
     let between = |c: char| !(c.is_alphanumeric() || "°.".contains(c));
     let mut parts = Vec::new();
@@ -220,7 +354,7 @@ fn glued(lower: &str) -> Option<[Word; 2]> {
     let both = |at: usize| Some([word(&lower[..at])?, word(&lower[at..])?]);
     cuts.filter_map(both).find(|[a, b]| {
         let is_first = match a {
-            Word::Unit(unit) => !unit.is_derivative(),
+            Word::Unit(unit) => *unit == Unit::G || !unit.is_derivative(),
             a => matches!(a, Word::Synchronous | Word::Amplitude | Word::Phase | Word::Gap),
         };
         is_first

@@ -1,15 +1,19 @@
 //! Which column is what, before its units are asked for.
 
+use std::cmp::Ordering;
+use std::collections::{HashMap, HashSet};
+
 use anyhow::{Result, bail};
 
 use super::mapping::Mapping;
 use crate::ingest::calendar;
 use crate::ingest::header::{Meaning, meaning};
-use crate::ingest::probes::{Probes, stated_above};
+use crate::ingest::preamble;
+use crate::ingest::probes::Probes;
 use crate::ingest::sheet::Cell;
 use crate::ingest::table::{Header, ReadingTable};
 use crate::ingest::target::{Quantity, Target};
-use crate::ingest::unit::Unit;
+use crate::ingest::unit::{Sensitivity, Unit};
 use crate::ingest::words::Word;
 
 /// A column with what it holds.
@@ -23,6 +27,9 @@ pub struct AssignedColumn {
     synchronous: bool,
     /// Whether it says no more than a unit: the vibration of a probe, at whatever frequency.
     unit_alone: bool,
+    /// Whether it says that it is a velocity or an acceleration.
+    pub is_derivative: bool,
+    pub sensitivity: Option<Sensitivity>,
 }
 
 /// A column that is not needed.
@@ -57,7 +64,7 @@ pub fn assign(
         if has_point {
             continue;
         }
-        let above = stated_above(table, Word::Point).and_then(|name| probes.named(&name));
+        let above = preamble::stated(&table.above, Word::Point).and_then(|name| probes.named(name));
         let Some(name) = above.or_else(|| probes.named("")) else {
             bail!(
                 "{}: {} names no probe, expected --column \"{}=PROBE:{}\"",
@@ -111,9 +118,16 @@ fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping
             by_rule: true,
             synchronous: true,
             unit_alone: false,
+            // the owner knows better
+            is_derivative: said.is_derivative && rule.to.stated.length.is_none(),
+            sensitivity: said.sensitivity,
         }));
     }
-    let Some(quantity) = said.quantity else { return Ok(Err("not recognised".into())) };
+    if header.name.is_empty() {
+        return Ok(Err("it has no header".into()));
+    }
+    let quantity = if said.is_status { Some(Quantity::Status) } else { said.quantity };
+    let Some(quantity) = quantity else { return Ok(Err("not recognised".into())) };
     if let Some(why) = said.not_needed.filter(|_| quantity.is_of_probe()) {
         return Ok(Err(why.into()));
     }
@@ -143,6 +157,8 @@ fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping
         by_rule: false,
         synchronous: said.synchronous,
         unit_alone,
+        is_derivative: said.is_derivative,
+        sensitivity: said.sensitivity,
     }))
 }
 
@@ -189,27 +205,42 @@ fn choose(
     assigned: &mut Vec<AssignedColumn>,
     left: &mut Vec<UnusedColumn>,
 ) -> Result<()> {
-    let all = assigned.clone();
-    let same = |a: &AssignedColumn, b: &AssignedColumn| {
-        a.target.quantity == b.target.quantity && a.target.probe == b.target.probe && a.header != b.header
-    };
-    let weight = |c: &AssignedColumn| (c.by_rule, c.synchronous, c.header.name.len() <= 5);
-    for column in &all {
-        let rivals: Vec<&AssignedColumn> = all.iter().filter(|other| same(column, other)).collect();
-        if rivals.iter().any(|r| weight(r) > weight(column)) {
-            assigned.retain(|c| c.header != column.header);
-            left.push(leave(&column.header, "another column says more of itself"));
-        } else if let Some(rival) = rivals.iter().find(|r| weight(r) == weight(column)) {
-            let probe = column.target.probe.as_deref().map_or(String::new(), |probe| format!(" of {probe}"));
-            bail!(
-                "{}: {} and {} are both the {}{probe}, expected --column \"NAME=left\" for one of them",
-                table.sheet.place(),
-                column.header.place(table),
-                rival.header.place(table),
-                column.target.quantity.name(),
-            );
+    let weight = |c: &AssignedColumn| (c.by_rule, c.synchronous, !c.is_derivative, c.header.name.len() <= 5);
+    let mut best: HashMap<(Quantity, Option<String>), AssignedColumn> = HashMap::new();
+    let mut equals = Vec::new();
+    let key = |c: &AssignedColumn| (c.target.quantity, c.target.probe.clone());
+    // several columns may each say that another one is valid
+    for column in assigned.iter().filter(|c| c.target.quantity != Quantity::Status) {
+        let Some(rival) = best.get(&key(column)) else {
+            best.insert(key(column), column.clone());
+            continue;
+        };
+        match weight(column).cmp(&weight(rival)) {
+            Ordering::Less => (),
+            Ordering::Equal => equals.push((rival.clone(), column.clone())),
+            Ordering::Greater => {
+                best.insert(key(column), column.clone());
+            }
         }
     }
+    let is_best = |c: &AssignedColumn| best.get(&key(c)).is_none_or(|b| b.header.index == c.header.index);
+    if let Some((rival, column)) = equals.iter().find(|(rival, _)| is_best(rival)) {
+        let probe = column.target.probe.as_deref().map_or(String::new(), |probe| format!(" of {probe}"));
+        bail!(
+            "{}: {} and {} are both the {}{probe}, expected --column \"NAME=left\" for one of them",
+            table.sheet.place(),
+            rival.header.place(table),
+            column.header.place(table),
+            column.target.quantity.name(),
+        );
+    }
+    assigned.retain(|column| {
+        let is_best = is_best(column);
+        if !is_best {
+            left.push(leave(&column.header, "another column says more of itself"));
+        }
+        is_best
+    });
     Ok(())
 }
 
@@ -219,21 +250,22 @@ fn leave_overall(
     assigned: &mut Vec<AssignedColumn>,
     left: &mut Vec<UnusedColumn>,
 ) -> Result<()> {
-    for column in assigned.clone().iter().filter(|c| c.unit_alone) {
-        let phase = |c: &AssignedColumn| {
-            c.target.quantity == Quantity::Phase && c.target.probe == column.target.probe
-        };
-        if assigned.iter().any(phase) {
-            let (place, name) = (table.sheet.place(), &column.header.name);
-            bail!(
-                "{place}: {} may be the vibration at all frequencies, expected --column \"{name}={}\" or \"{name}=left\"",
-                column.header.place(table),
-                Target { stated: Default::default(), ..column.target.clone() },
-            );
-        }
-        assigned.retain(|c| c.header != column.header);
-        left.push(leave(&column.header, "not said to be the vibration at running speed"));
+    let phases = assigned.iter().filter(|c| c.target.quantity == Quantity::Phase);
+    let with_phase: HashSet<Option<String>> = phases.map(|c| c.target.probe.clone()).collect();
+    if let Some(column) = assigned.iter().find(|c| c.unit_alone && with_phase.contains(&c.target.probe)) {
+        let (place, name) = (table.sheet.place(), &column.header.name);
+        bail!(
+            "{place}: {} may be the vibration at all frequencies, expected --column \"{name}={}\" or \"{name}=left\"",
+            column.header.place(table),
+            Target { stated: Default::default(), ..column.target.clone() },
+        );
     }
+    assigned.retain(|column| {
+        if column.unit_alone {
+            left.push(leave(&column.header, "not said to be the vibration at running speed"));
+        }
+        !column.unit_alone
+    });
     left.sort_by_key(|l| l.number);
     Ok(())
 }

@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 
 use super::plan::{Column, Plan};
+use super::status::is_valid;
 use crate::ingest::calendar::{self, Moment, ParsedMoment};
 use crate::ingest::number::{is_lost, number};
 use crate::ingest::sheet::{Cell, SheetRow};
@@ -33,6 +34,11 @@ impl Cells<'_> {
 
     /// The number of a cell as written; nothing if it is lost.
     pub fn raw(&self, row: &SheetRow, column: &Column) -> Result<Option<f64>> {
+        let invalid =
+            |status: &usize| row.cell(*status).state().is_some_and(|state| is_valid(&state) == Some(false));
+        if column.statuses.iter().any(invalid) {
+            return Ok(None);
+        }
         let text = match row.cell(column.index) {
             Cell::Empty => return Ok(None),
             Cell::Number(x) => return Ok(Some(*x)),
@@ -58,11 +64,7 @@ impl Cells<'_> {
 
     /// The text of a cell, a number as it is written shortest.
     pub fn name(&self, row: &SheetRow, column: &Column) -> Option<String> {
-        match row.cell(column.index) {
-            Cell::Text(text) => Some(text.clone()),
-            Cell::Number(x) => Some(x.to_string()),
-            Cell::Empty | Cell::Time(_) => None,
-        }
+        row.cell(column.index).state()
     }
 
     /// The moment of a row, if there is a column for it.
@@ -100,7 +102,7 @@ impl Cells<'_> {
     fn which_time(&self, place: &str, x: f64, column: &Column) -> String {
         let name = &column.header;
         format!(
-            "{place}: {x} is a number without a unit of time, expected --column \"{name}=time:s\", time:d, time:excel or the like"
+            "{place}: {x} is a number without a unit of time, expected --column \"{name}=time:s\", time:ms, time:d, time:excel or the like"
         )
     }
 

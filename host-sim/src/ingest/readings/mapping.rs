@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::ingest::calendar::DateOrder;
 use crate::ingest::number::Decimal;
 use crate::ingest::target::Rule;
-use crate::ingest::unit::{Angle, Detection, Sense, Unit};
+use crate::ingest::unit::{Angle, Detection, Sense, Sensitivity, Unit};
 
 /// First line of a header comment that an import wrote.
 pub const MARK: &str = "# # rotor-edge import";
@@ -27,6 +27,8 @@ pub struct Mapping {
     pub unit: Option<Unit>,
     /// Sensitivity of the probes, where amplitudes are voltages, mV/µm.
     pub sensitivity_mv_um: Option<f64>,
+    /// Sensitivity of other transducers, such as `100 mV/g`.
+    pub sensitivity: Option<Sensitivity>,
     pub dates: Option<DateOrder>,
     pub decimal: Option<Decimal>,
     /// The sheet of a workbook.
@@ -82,6 +84,7 @@ impl Mapping {
             amplitude: self.amplitude.or(other.amplitude),
             unit: self.unit.or(other.unit),
             sensitivity_mv_um: self.sensitivity_mv_um.or(other.sensitivity_mv_um),
+            sensitivity: self.sensitivity.or(other.sensitivity),
             dates: self.dates.or(other.dates),
             decimal: self.decimal.or(other.decimal),
             sheet: self.sheet.or(other.sheet),

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `assign`, `plan` | which column is what, in which units; what is not stated is asked for |
 //! | `mapping` | what the owner states, as a file or as options |
+//! | `status` | columns that say which values are valid |
 //! | `record`, `cells` | rows as readings |
 //! | `repair` | stale values, outliers, a phase reference that was moved |
 //! | `written` | the readings as `measured.csv`, with the mapping as its header comment |
@@ -15,6 +16,7 @@ pub(crate) mod plan;
 pub(crate) mod record;
 pub(crate) mod repair;
 pub(crate) mod slow_roll;
+mod status;
 pub(crate) mod written;
 
 use std::path::{Path, PathBuf};
@@ -23,7 +25,7 @@ use anyhow::{Result, bail};
 
 use super::calendar::Moment;
 use super::format;
-use super::probes::stated_above;
+use super::preamble;
 use super::sheet::Sheet;
 use super::table::{self, ReadingTable};
 use super::words::Word;
@@ -74,8 +76,8 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     for path in files {
         let sheets = format::sheets(path)?;
         let table = only_table(path, &sheets, mapping)?;
-        if let Some(name) = stated_above(&table, Word::Machine) {
-            let (first, of) = machine.get_or_insert((name.clone(), table.sheet.place()));
+        if let Some(name) = preamble::stated(&table.above, Word::Machine) {
+            let (first, of) = machine.get_or_insert((name.to_string(), table.sheet.place()));
             if *first != name {
                 bail!("{}: is of \"{name}\", {of} of \"{first}\", expected one machine", table.sheet.place());
             }

@@ -1,19 +1,22 @@
 //! What is done with every column that is needed: its units complete, or asked for.
 
+use std::collections::HashSet;
+
 use anyhow::{Result, bail};
 
 use super::assign::{AssignedColumn, UnusedColumn, assign};
 use super::mapping::Mapping;
+use super::status::validities;
 use crate::ingest::calendar::{self, DateOrder};
 use crate::ingest::column_units::ColumnUnits;
 use crate::ingest::header::meaning;
 use crate::ingest::number::{self, Decimal, DecimalEvidence, number};
+use crate::ingest::preamble::Preamble;
 use crate::ingest::probes::Probes;
 use crate::ingest::sheet::Cell;
 use crate::ingest::table::ReadingTable;
 use crate::ingest::target::{Quantity, Target};
-use crate::ingest::unit::{Angle, Detection, Sense, SpeedUnit, Unit};
-use crate::ingest::words::{Part, Word, parts};
+use crate::ingest::unit::{Angle, Detection, Sense, Sensitivity, SpeedUnit, Unit};
 
 /// Speeds of a file whose fastest is below this may as well be Hz, rpm.
 const SLOWEST_RPM: f64 = 300.0;
@@ -26,8 +29,12 @@ pub struct Column {
     pub header: String,
     /// Everything that its quantity needs is stated.
     pub target: Target,
-    /// To µm zero-to-peak, radians of phase lag, rpm, volts; 1 where there is nothing to multiply.
+    /// To µm, µm/s or µm/s² zero-to-peak, radians of phase lag, rpm, volts; 1 where there is nothing to multiply.
     pub factor: f64,
+    /// Which derivative of the displacement it is.
+    pub derivative: u8,
+    /// Columns that say whether its values are valid, from 0.
+    pub statuses: Vec<usize>,
     /// The unit that stands behind its numbers, as written.
     pub cell_unit: String,
 }
@@ -54,14 +61,20 @@ impl Plan {
 /// changes the physics, or has no speed, amplitude or phase.
 pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mapping) -> Result<Plan> {
     let probes = Probes::new(of_rotor, table);
-    let (assigned, left) = assign(table, &probes, mapping)?;
+    let (assigned, mut left) = assign(table, &probes, mapping)?;
     let place = table.sheet.place();
     whole(table, &assigned, &left, mapping)?;
     let decimal = mapping.decimal.map_or_else(|| decimal(table, &assigned), Ok)?;
-    let above = above(table);
+    let above = Preamble::of(&table.above);
+    let (validities, mut left_statuses) = validities(table, &assigned)?;
+    left.append(&mut left_statuses);
+    left.sort_by_key(|l| l.number);
     let mut columns = Vec::new();
     let mut missing: Vec<(String, String)> = Vec::new();
     for column in assigned {
+        if left.iter().any(|l| l.number == column.header.index + 1) {
+            continue;
+        }
         let text = |row: &'_ crate::ingest::sheet::SheetRow| {
             row.cell(column.header.index).as_text().map(str::to_string)
         };
@@ -71,7 +84,7 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
         let stated = column.target.stated.or(meaning(&cell_unit, |_| false).stated);
         let largest = || largest(table, column.header.index, decimal);
         let complete = complete(&column, stated, mapping, &above, largest);
-        let (stated, factor) = match complete {
+        let Factor { stated, factor, derivative } = match complete {
             Ok(complete) => complete,
             Err(what) => {
                 // one sentence for all columns that lack the same
@@ -82,11 +95,14 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
             }
         };
         let target = Target { stated, ..column.target.clone() };
+        let statuses = validities.iter().filter(|v| v.is_of(&column)).map(|v| v.index).collect();
         columns.push(Column {
             index: column.header.index,
             header: column.header.name,
             target,
             factor,
+            derivative,
+            statuses,
             cell_unit,
         });
     }
@@ -121,6 +137,8 @@ fn whole(
             "{place}: no column is a 1x vibration, expected amplitude and phase of a probe; left are {why}"
         );
     }
+    let all: HashSet<(Quantity, Option<&str>)> =
+        vibration.iter().map(|t| (t.quantity, t.probe.as_deref())).collect();
     for target in &vibration {
         use Quantity::{Amplitude, Cos, Imaginary, Phase, Real, Sin};
         let other = match target.quantity {
@@ -131,7 +149,7 @@ fn whole(
             Real => Imaginary,
             _ => Real,
         };
-        if !vibration.iter().any(|t| t.quantity == other && t.probe == target.probe) {
+        if !all.contains(&(other, target.probe.as_deref())) {
             let of = target.probe.as_deref().map_or(String::new(), |probe| format!(" of {probe}"));
             bail!(
                 "{place}: there is the {}{of} and no {}, expected both, or --column \"NAME=left\"",
@@ -150,7 +168,7 @@ fn complete(
     mapping: &Mapping,
     above: &Preamble,
     largest: impl Fn() -> f64,
-) -> std::result::Result<(ColumnUnits, f64), String> {
+) -> std::result::Result<Factor, String> {
     let name = &column.header.name;
     let quantity = column.target.quantity;
     let owner = ColumnUnits {
@@ -168,16 +186,32 @@ fn complete(
     if has_sense(quantity) && stated.sense.is_none() {
         return Err("says neither lag nor lead, expected --lag or --lead".into());
     }
+    let mut derivative = 0;
     let factor = match quantity {
         Quantity::Speed => speed_factor(&mut stated, name, largest)?,
         Quantity::Phase => phase_factor(&mut stated, largest)?,
         Quantity::Gap => gap_factor(&mut stated),
         quantity if quantity.is_vibration() => {
-            vibration_factor(quantity, &stated, mapping.sensitivity_mv_um.or(above.sensitivity_mv_um))?
+            if column.is_derivative && stated.length.is_some_and(Unit::is_displacement) {
+                return Err("is a velocity or an acceleration, expected --unit mm/s, in/s, m/s2 or g".into());
+            }
+            let of_probe = mapping.sensitivity_mv_um.map(Sensitivity::of_probe);
+            let owner = mapping.sensitivity.or(of_probe);
+            let sensitivity = owner.or(column.sensitivity).or(above.sensitivity);
+            let (factor, of) = vibration_factor(quantity, &stated, sensitivity)?;
+            derivative = of;
+            factor
         }
         _ => 1.0,
     };
-    Ok((stated, factor))
+    Ok(Factor { stated, factor, derivative })
+}
+
+/// What a column states once it is complete, and what its numbers are multiplied by.
+struct Factor {
+    stated: ColumnUnits,
+    factor: f64,
+    derivative: u8,
 }
 
 /// Whether lag or lead matters to a quantity.
@@ -217,7 +251,17 @@ fn speed_factor(
             largest()
         ));
     }
-    Ok(stated.speed.get_or_insert(SpeedUnit::Rpm).rpm())
+    let unit = stated.speed.get_or_insert(SpeedUnit::Rpm);
+    // revolutions, and radians of an angular speed
+    if *unit == SpeedUnit::PerSecond && is_angular(name) {
+        *unit = SpeedUnit::RadS;
+    }
+    Ok(unit.rpm())
+}
+
+fn is_angular(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    ["omega", "ω", "angular", "winkelgeschw"].iter().any(|word| lower.contains(word))
 }
 
 /// To radians of phase lag; a phase without a unit is in degrees, unless all of it lies within a turn in radians.
@@ -236,13 +280,13 @@ fn gap_factor(stated: &mut ColumnUnits) -> f64 {
     if unit == Unit::Millivolt { 1e-3 } else { 1.0 }
 }
 
-/// To µm zero-to-peak, of an imaginary part that lags.
+/// To µm, µm/s or µm/s² zero-to-peak, of an imaginary part that lags; and which derivative that is.
 fn vibration_factor(
     quantity: Quantity,
     stated: &ColumnUnits,
-    sensitivity_mv_um: Option<f64>,
-) -> std::result::Result<f64, String> {
-    let no_unit = "states no unit, expected --unit um, --unit mil or --unit mm";
+    sensitivity: Option<Sensitivity>,
+) -> std::result::Result<(f64, u8), String> {
+    let no_unit = "states no unit, expected --unit um, --unit mil, --unit mm/s or the like";
     let no_detection = "does not state pk-pk, 0-pk or rms, expected --pp, --zero-peak or --rms";
     let (length, detection) = match (stated.length, stated.detection) {
         (Some(length), Some(detection)) => (length, detection),
@@ -250,73 +294,12 @@ fn vibration_factor(
         (None, Some(_)) => return Err(no_unit.into()),
         (None, None) => return Err(format!("{no_unit}, and {no_detection}")),
     };
-    let Some(um) = length.um(sensitivity_mv_um) else {
-        return Err("is a voltage, expected --sensitivity-mv-um".into());
+    let Some(vibration) = length.vibration(sensitivity) else {
+        return Err("is a voltage, expected --sensitivity-mv-um, or --sensitivity \"100 mV/g\"".into());
     };
     let leads = stated.sense == Some(Sense::Lead) && quantity == Quantity::Imaginary;
     let sign = if leads { -1.0 } else { 1.0 };
-    Ok(sign * um * detection.zero_to_peak())
-}
-
-/// Conventions that the lines above a table state.
-#[derive(Debug, Default)]
-struct Preamble {
-    stated: ColumnUnits,
-    sensitivity_mv_um: Option<f64>,
-}
-
-fn above(table: &ReadingTable) -> Preamble {
-    let mut all = Preamble::default();
-    let (mut lengths, mut detections, mut senses, mut angles) = (vec![], vec![], vec![], vec![]);
-    for line in &table.above {
-        if let Some(sensitivity) = sensitivity(line) {
-            all.sensitivity_mv_um = Some(sensitivity);
-            continue;
-        }
-        let words = parts(line, |_| false);
-        let has = |is: fn(&Word) -> bool| words.iter().any(|p| matches!(p, Part::Says(w) if is(w)));
-        let of_amplitude = has(|w| matches!(w, Word::Amplitude | Word::Detection(_)));
-        let of_length = has(|w| match w {
-            Word::Unit(unit) => !unit.is_derivative(),
-            w => *w == Word::Amplitude,
-        });
-        let of_phase = has(|w| matches!(w, Word::Phase | Word::Angle(_)));
-        for part in &words {
-            match part {
-                Part::Says(Word::Unit(length)) if of_amplitude && !length.is_derivative() => {
-                    lengths.push(*length)
-                }
-                Part::Says(Word::Detection(detection)) if of_length => detections.push(*detection),
-                Part::Says(Word::Sense(sense)) if of_phase => senses.push(*sense),
-                Part::Says(Word::Angle(angle)) if of_phase => angles.push(*angle),
-                _ => (),
-            }
-        }
-    }
-    all.stated = ColumnUnits {
-        length: only(&lengths),
-        detection: only(&detections),
-        sense: only(&senses),
-        angle: only(&angles),
-        ..ColumnUnits::default()
-    };
-    all
-}
-
-/// What is said once or several times the same.
-fn only<T: Copy + PartialEq>(all: &[T]) -> Option<T> {
-    all.first().copied().filter(|first| all.iter().all(|other| other == first))
-}
-
-/// A sensitivity such as `200 mV/mil` in a line, mV/µm.
-fn sensitivity(line: &str) -> Option<f64> {
-    let plain = line.to_lowercase().replace(['µ', 'μ'], "u");
-    let units = [("mv/um", 1.0), ("mv/mil", 1.0 / 25.4), ("v/mil", 1e3 / 25.4), ("v/mm", 1.0)];
-    units.iter().find_map(|(unit, factor)| {
-        let before = plain[..plain.find(unit)?].trim_end();
-        let digits = before.rsplit(|c: char| !(c.is_ascii_digit() || ".,".contains(c))).next()?;
-        Some(digits.replace(',', ".").parse::<f64>().ok().filter(|s| *s > 0.0)? * factor)
-    })
+    Ok((sign * vibration.size * detection.zero_to_peak(), vibration.derivative))
 }
 
 fn largest(table: &ReadingTable, column: usize, decimal: Decimal) -> f64 {

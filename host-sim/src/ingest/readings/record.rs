@@ -13,6 +13,7 @@ use crate::ingest::calendar::Moment;
 use crate::ingest::sheet::{Cell, SheetRow};
 use crate::ingest::table::ReadingTable;
 use crate::ingest::target::Quantity;
+use crate::ingest::unit::Vibration;
 
 /// One reading, and where it is from.
 #[derive(Debug, Clone)]
@@ -195,7 +196,7 @@ impl Record {
                 (Quantity::Real, Quantity::Imaginary),
             ];
             if let Some((a, b)) = pairs.into_iter().find_map(|(a, b)| of(a).zip(of(b))) {
-                let (phasor, no_measurement) = phasor_um(cells, row, a, b)?;
+                let (phasor, no_measurement) = phasor_um(cells, row, speed_rpm, a, b)?;
                 sample.held[p] = true;
                 sample.probes[p] = phasor;
                 self.no_measurement += usize::from(no_measurement);
@@ -217,7 +218,13 @@ fn is_no_measurement(raw: f64) -> bool {
 }
 
 /// The phasor `cos − i sin` of a row, µm zero-to-peak, and whether a number says that there is none.
-fn phasor_um(cells: &Cells, row: &SheetRow, a: &Column, b: &Column) -> Result<(Option<Complex<f64>>, bool)> {
+fn phasor_um(
+    cells: &Cells,
+    row: &SheetRow,
+    speed_rpm: f64,
+    a: &Column,
+    b: &Column,
+) -> Result<(Option<Complex<f64>>, bool)> {
     let (Some(x), Some(y)) = (cells.raw(row, a)?, cells.raw(row, b)?) else { return Ok((None, false)) };
     if is_no_measurement(x) || is_no_measurement(y) {
         return Ok((None, true));
@@ -230,6 +237,7 @@ fn phasor_um(cells: &Cells, row: &SheetRow, a: &Column, b: &Column) -> Result<(O
     } else {
         Complex::new(x * a.factor, -y * b.factor)
     };
+    let phasor = phasor * Vibration { size: 1.0, derivative: a.derivative }.displacement(speed_rpm);
     if phasor.norm() > LARGEST_UM {
         let um = phasor.norm();
         bail!("{}: {um:.0} µm is more than a probe can see, expected another unit", cells.place(row, a));
@@ -271,7 +279,10 @@ fn is_data(cells: &Cells, row: &SheetRow) -> bool {
 }
 
 fn is_header(table: &ReadingTable, row: &SheetRow) -> bool {
-    table.columns.iter().all(|c| row.cell(c.index).as_text() == Some(&c.name))
+    let filled =
+        |row: &SheetRow| row.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
+    let width = filled(row);
+    table.head.iter().any(|head| filled(head) == width && head.cells[..width] == row.cells[..width])
 }
 
 /// A row of text with more cells than the header has been cut in the wrong places.
