@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use rotor_edge_desktop::rotor_file::ross::ImportedRotor;
+use rotor_edge_desktop::units::SECONDS_A_DAY;
 use serde::Serialize;
 
-use crate::ingest::calendar::Moment;
+use crate::ingest::calendar::{DateOrder, Moment};
 use crate::ingest::readings::ImportResult;
 use crate::ingest::readings::assign::UnusedColumn;
 use crate::ingest::readings::plan::Column;
@@ -39,6 +40,8 @@ pub struct ImportAnswer {
     pub sorted: bool,
     /// When day 0 was, local to the export.
     pub start: Option<String>,
+    /// What was concluded of times and dates from the order of the rows, and which rows were joined: a sentence each.
+    pub remarks: Vec<String>,
     /// Runout that was taken off each probe.
     pub runout_um: Option<Vec<CosineSine>>,
     /// File and sheet of each table.
@@ -136,11 +139,42 @@ impl ImportAnswer {
             },
             sorted: imported.sorted,
             start: imported.start.and_then(Moment::calendar),
+            remarks: remarks(imported),
             runout_um: runout_um.map(|all| all.iter().map(|y| [y.re, -y.im]).collect()),
             tables: imported.plans.iter().map(|(place, _)| place.clone()).collect(),
             probes: record.probes.clone(),
         }
     }
+}
+
+fn remarks(imported: &ImportResult) -> Vec<String> {
+    let mut all = Vec::new();
+    for (place, plan) in &imported.plans {
+        if let Some(order) = plan.dates_by_steps {
+            let first = if order == DateOrder::DayFirst { "day" } else { "month" };
+            all.push(format!(
+                "{place}: dates have the {first} first, as only then the rows follow one another in even steps."
+            ));
+        }
+    }
+    if imported.times.of_day {
+        all.push("Times have no date: days count from the midnight before the first row, one more whenever the clock passes midnight.".into());
+    }
+    if let Some((table, row)) = imported.times.set_back {
+        let place = &imported.plans[table as usize].0;
+        all.push(format!(
+            "{place}: row {row}: the clock was set back; times from there on are taken an hour later."
+        ));
+    }
+    let joined = imported.joined;
+    if joined.rows > 0 {
+        let apart_s = joined.apart_d * SECONDS_A_DAY;
+        all.push(format!(
+            "{} rows were joined with rows of other probes up to {apart_s:.3} s before.",
+            joined.rows
+        ));
+    }
+    all
 }
 
 impl ImportedColumn {

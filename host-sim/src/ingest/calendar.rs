@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::unit::TimeUnit;
 
-const DAY_NS: f64 = 86_400e9;
+/// Microseconds a day.
+pub const DAY_US: i64 = 86_400_000_000;
 /// Numbers that are seconds since 1970 and nothing else: 1973 to 2128; milliseconds are a thousand times that.
 const EPOCH_S: std::ops::Range<f64> = 1e8..5e9;
 /// Days since 1899-12-30 from 1954 to 2119.
@@ -34,10 +35,12 @@ const LARGEST: f64 = 1e15;
 /// A moment of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
-    /// Nanoseconds since 1970, UTC.
-    Zoned(i128),
+    /// Microseconds since 1970, UTC.
+    Zoned(i64),
     /// The same of a clock on the wall, whose zone nobody stated.
-    Local(i128),
+    Local(i64),
+    /// Microseconds since midnight of a day that is not stated.
+    OfDay(i64),
     /// Days since something.
     Elapsed(f64),
 }
@@ -46,9 +49,9 @@ impl Moment {
     /// Days from `start` on; nothing if they are not of one kind.
     pub fn days_since(self, start: Self) -> Option<f64> {
         match (self, start) {
-            (Self::Zoned(a), Self::Zoned(b)) | (Self::Local(a), Self::Local(b)) => {
-                Some((a - b) as f64 / DAY_NS)
-            }
+            (Self::Zoned(a), Self::Zoned(b))
+            | (Self::Local(a), Self::Local(b))
+            | (Self::OfDay(a), Self::OfDay(b)) => Some((a - b) as f64 / DAY_US as f64),
             // elapsed time counts from the record's own start
             (Self::Elapsed(days), Self::Elapsed(_)) => Some(days),
             _ => None,
@@ -63,11 +66,11 @@ impl Moment {
 
     /// In ISO 8601, in UTC where the zone is known; nothing if it is no calendar time.
     pub fn iso(self) -> Option<String> {
-        let written = |ns: i128| Timestamp::from_nanosecond(ns).ok().map(|t| t.to_string());
+        let written = |us: i64| Timestamp::from_microsecond(us).ok().map(|t| t.to_string());
         match self {
-            Self::Zoned(ns) => written(ns),
-            Self::Local(ns) => written(ns).map(|text| text.trim_end_matches('Z').to_string()),
-            Self::Elapsed(_) => None,
+            Self::Zoned(us) => written(us),
+            Self::Local(us) => written(us).map(|text| text.trim_end_matches('Z').to_string()),
+            Self::OfDay(_) | Self::Elapsed(_) => None,
         }
     }
 
@@ -77,17 +80,20 @@ impl Moment {
         Some(format!("{}{zone}", text.get(..16)?))
     }
 
-    /// The moment of a clock on the wall.
+    /// The moment of a clock on the wall; the year 1899 or the first day of 1900 is a spreadsheet's for a time of day.
     pub fn local(time: DateTime) -> Option<Self> {
-        Some(Self::Local(time.to_zoned(TimeZone::UTC).ok()?.timestamp().as_nanosecond()))
+        let us = time.to_zoned(TimeZone::UTC).ok()?.timestamp().as_microsecond();
+        let is_of_day = time.year() == 1899 || time.date() == Date::constant(1900, 1, 1);
+        Some(if is_of_day { Self::OfDay(us.rem_euclid(DAY_US)) } else { Self::Local(us) })
     }
 
     /// The same moment, later by a part of a day.
     pub fn later(self, days: f64) -> Self {
-        let ns = (days * DAY_NS).round() as i128;
+        let us = (days * DAY_US as f64).round() as i64;
         match self {
-            Self::Zoned(start) => Self::Zoned(start.saturating_add(ns)),
-            Self::Local(start) => Self::Local(start.saturating_add(ns)),
+            Self::Zoned(start) => Self::Zoned(start.saturating_add(us)),
+            Self::Local(start) => Self::Local(start.saturating_add(us)),
+            Self::OfDay(start) => Self::OfDay(start.saturating_add(us)),
             Self::Elapsed(start) => Self::Elapsed(start + days),
         }
     }
@@ -116,7 +122,7 @@ pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Mo
     if value.abs() > LARGEST {
         return None;
     }
-    let whole_us = |seconds: f64| (seconds * 1e6).round() as i128 * 1000;
+    let whole_us = |seconds: f64| (seconds * 1e6).round() as i64;
     Some(match unit {
         // "ms" of an epoch is the epoch's
         TimeUnit::Milliseconds if EPOCH_S.contains(&(value / 1e3)) => Moment::Zoned(whole_us(value / 1e3)),
@@ -130,10 +136,11 @@ pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Mo
         TimeUnit::EpochMilliseconds => Moment::Zoned(whole_us(value / 1e3)),
         // a double holds a date of today to a microsecond
         TimeUnit::Excel => {
-            let Moment::Local(zero) = Moment::local(Date::constant(1899, 12, 30).at(0, 0, 0, 0))? else {
-                return None;
-            };
-            Moment::Local(zero + whole_us(value * SECONDS_A_DAY))
+            if (0.0..1.0).contains(&value) {
+                return Some(Moment::OfDay(whole_us(value * SECONDS_A_DAY)));
+            }
+            let zero = Date::constant(1899, 12, 30).at(0, 0, 0, 0).to_zoned(TimeZone::UTC).ok()?;
+            Moment::Local(zero.timestamp().as_microsecond() + whole_us(value * SECONDS_A_DAY))
         }
     })
 }
@@ -156,14 +163,27 @@ pub enum ParsedMoment {
 
 /// The moment that a text is.
 pub fn of_text(text: &str, order: Option<DateOrder>) -> ParsedMoment {
+    if let Some(moment) = of_plain(text) {
+        return ParsedMoment::Moment(moment);
+    }
     if let Ok(moment) = text.parse::<Timestamp>() {
-        return ParsedMoment::Moment(Moment::Zoned(moment.as_nanosecond()));
+        return ParsedMoment::Moment(Moment::Zoned(moment.as_microsecond()));
+    }
+    // times of day and durations of open documents
+    if let Some(time) = text.strip_prefix("PT").and_then(|_| text.parse::<SignedDuration>().ok()) {
+        let us = i64::try_from(time.as_micros()).unwrap_or(i64::MAX);
+        let is_of_day = (0..DAY_US).contains(&us);
+        let days = us as f64 / DAY_US as f64;
+        return ParsedMoment::Moment(if is_of_day { Moment::OfDay(us) } else { Moment::Elapsed(days) });
     }
     let spaced = text.replacen('T', " ", usize::from(text.as_bytes().get(10) == Some(&b'T')));
     let words: Vec<&str> = spaced.split_whitespace().collect();
     let clock_at = words.iter().position(|w| w.contains(':')).unwrap_or(words.len());
     let clock = if clock_at == words.len() { Some((0.0, false)) } else { clock(&words[clock_at..]) };
     let Some((seconds, utc)) = clock else { return ParsedMoment::Nothing };
+    if clock_at == 0 && !words.is_empty() && !utc {
+        return ParsedMoment::Moment(Moment::OfDay((seconds * 1e6).round() as i64));
+    }
     let date = match date(&words[..clock_at].join(" "), order) {
         Ok(Some(date)) => date,
         Ok(None) => return ParsedMoment::Nothing,
@@ -172,10 +192,37 @@ pub fn of_text(text: &str, order: Option<DateOrder>) -> ParsedMoment {
     let ns = (seconds * 1e6).round() as i64 * 1000;
     let time = date.to_datetime(Time::midnight()).checked_add(SignedDuration::from_nanos(ns));
     match time.ok().and_then(Moment::local) {
-        Some(Moment::Local(ns)) if utc => ParsedMoment::Moment(Moment::Zoned(ns)),
+        Some(Moment::Local(us)) if utc => ParsedMoment::Moment(Moment::Zoned(us)),
         Some(moment) => ParsedMoment::Moment(moment),
         None => ParsedMoment::Nothing,
     }
+}
+
+/// The moment of `2024-03-05 14:30:15.25`, which most exports write, without a look at any other form.
+fn of_plain(text: &str) -> Option<Moment> {
+    let bytes = text.as_bytes();
+    let number = |from: usize, to: usize| {
+        let digits = bytes.get(from..to)?;
+        digits
+            .iter()
+            .all(u8::is_ascii_digit)
+            .then(|| digits.iter().fold(0, |n, d| 10 * n + i32::from(d - b'0')))
+    };
+    let is = |at: usize, of: &[u8]| bytes.get(at).is_some_and(|b| of.contains(b));
+    let is_plain = is(4, b"-") && is(7, b"-") && is(10, b" T") && is(13, b":") && is(16, b":");
+    let (fraction, digits) = match bytes.get(19) {
+        None => (0, 0),
+        Some(b'.') if (21..=26).contains(&bytes.len()) => (number(20, bytes.len())?, bytes.len() - 20),
+        Some(_) => return None,
+    };
+    let (hour, minute, second) = (number(11, 13)?, number(14, 16)?, number(17, 19)?);
+    if !is_plain || hour > 23 || minute > 59 || second > 59 {
+        return None;
+    }
+    let date = Date::new(number(0, 4)?.try_into().ok()?, number(5, 7)? as i8, number(8, 10)? as i8).ok()?;
+    let micros = fraction * 10_i32.pow(6 - digits as u32);
+    let time = Time::new(hour as i8, minute as i8, second as i8, micros * 1000).ok()?;
+    Moment::local(date.to_datetime(time))
 }
 
 /// Seconds since midnight, and whether that is UTC.
@@ -244,18 +291,19 @@ fn date(text: &str, order: Option<DateOrder>) -> Result<Option<Date>, Exchangeab
     Ok(made(c, month, day, third.len()))
 }
 
-/// Which order the dates of a column show, by one that has only one reading.
-pub fn order_shown<'a>(texts: impl Iterator<Item = &'a str>) -> Option<DateOrder> {
+/// Which order a date shows, if it has only one reading.
+pub fn order_shown(text: &str) -> Option<DateOrder> {
+    if text.contains('.') && !text.contains('/') {
+        return None;
+    }
     let number = |piece: &str| piece.parse::<i32>().ok();
-    texts.filter(|t| !t.contains('.') || t.contains('/')).find_map(|text| {
-        let mut pieces = text.split(|c: char| !c.is_ascii_digit());
-        let (first, second) = (pieces.next()?, pieces.next()?);
-        match (number(first)?, number(second)?) {
-            (a, _) if first.len() <= 2 && a > 12 => Some(DateOrder::DayFirst),
-            (_, b) if first.len() <= 2 && b > 12 => Some(DateOrder::MonthFirst),
-            _ => None,
-        }
-    })
+    let mut pieces = text.split(|c: char| !c.is_ascii_digit());
+    let (first, second) = (pieces.next()?, pieces.next()?);
+    match (number(first)?, number(second)?) {
+        (a, _) if first.len() <= 2 && a > 12 => Some(DateOrder::DayFirst),
+        (_, b) if first.len() <= 2 && b > 12 => Some(DateOrder::MonthFirst),
+        _ => None,
+    }
 }
 
 fn month(name: &str) -> Option<i32> {
@@ -312,9 +360,9 @@ mod tests {
     #[test]
     fn dates_with_two_readings_are_told() {
         assert_eq!(of_text("03/04/2024 10:00", None), ParsedMoment::Ambiguous);
-        assert_eq!(order_shown(["03/04/2024", "03/14/2024"].into_iter()), Some(DateOrder::MonthFirst));
-        assert_eq!(order_shown(["03/04/2024", "14/03/2024"].into_iter()), Some(DateOrder::DayFirst));
-        assert_eq!(order_shown(["03/04/2024"].into_iter()), None);
+        assert_eq!(order_shown("03/14/2024"), Some(DateOrder::MonthFirst));
+        assert_eq!(order_shown("14/03/2024"), Some(DateOrder::DayFirst));
+        assert_eq!(order_shown("03/04/2024"), None);
         let (day, month) = (DateOrder::DayFirst, DateOrder::MonthFirst);
         assert_ne!(of_text("03/04/2024", Some(day)), of_text("03/04/2024", Some(month)));
         assert_eq!(of_text("stopped", None), ParsedMoment::Nothing);

@@ -28,6 +28,31 @@ pub struct Meaning {
     pub contradicts: bool,
 }
 
+/// The head of one column.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Header {
+    /// Place in the row, from 0.
+    pub index: usize,
+    pub name: String,
+    /// What stands in the rows above, over this and the columns to its right.
+    pub group: String,
+    /// What stands in the rows of units below, or is stated above the table.
+    pub unit: String,
+}
+
+impl Header {
+    /// Whether a name, or a number from 1, is this column's.
+    pub fn is(&self, from: &str) -> bool {
+        let is_grouped = || from.strip_prefix(&self.group).is_some_and(|rest| rest.trim_start() == self.name);
+        from == self.name || from == (self.index + 1).to_string() || (!self.group.is_empty() && is_grouped())
+    }
+
+    /// All that is said of the column.
+    pub fn text(&self) -> String {
+        [&self.group, &self.name, &self.unit].map(String::as_str).join(" ")
+    }
+}
+
 /// The meaning of a header, together with what stands above and below it.
 pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
     let (header, sensitivity) = sensitivity::cut(header);

@@ -2,11 +2,11 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `format` | a format a file: bytes in, a `sheet` of cells or the `samples` of channels out |
+//! | `format` | a format a file: bytes in, `sheets` of cells or the `samples` of channels out |
 //! | `encoding`, `number`, `calendar` | characters, numbers and moments as exports write them |
 //! | `table` | where in a sheet the header and the rows are |
 //! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
-//! | `words`, `header`, `probes` | what a column's header says: quantity, unit, probe |
+//! | `words`, `phrases`, `header`, `probes` | what a column's header says: quantity, unit, probe |
 //! | `preamble`, `sensitivity` | what the lines above a table state |
 //! | `unit`, `column_units`, `target` | units and conventions, and what a column becomes |
 //! | [`readings`] | tables made into measurements |
@@ -19,6 +19,7 @@ mod encoding;
 mod format;
 mod header;
 pub(crate) mod number;
+mod phrases;
 mod preamble;
 mod probes;
 pub mod readings;
@@ -26,6 +27,7 @@ mod sampled;
 mod samples;
 mod sensitivity;
 mod sheet;
+mod sheets;
 mod table;
 pub(crate) mod target;
 pub(crate) mod unit;

@@ -55,6 +55,10 @@ const LOST: [&str; 28] = [
 
 /// Whether a cell says that there is no value.
 pub fn is_lost(text: &str) -> bool {
+    // most cells are numbers
+    if text.starts_with(|c: char| c.is_ascii_digit()) {
+        return false;
+    }
     let lower = text.to_lowercase();
     LOST.contains(&lower.as_str()) || lower.starts_with("#div/0") || lower.starts_with("#err")
 }
@@ -62,6 +66,9 @@ pub fn is_lost(text: &str) -> bool {
 /// The number at the start of a cell, and the unit behind it; nothing if it does not start with one.
 pub fn number(text: &str, decimal: Decimal) -> Option<(f64, &str)> {
     let text = text.trim();
+    if let Some(value) = plain(text, decimal) {
+        return Some((value, ""));
+    }
     let in_number = |(i, c): (usize, char)| {
         let exponent = |c: char| matches!(c, 'e' | 'E');
         let before = text[..i].chars().next_back();
@@ -93,6 +100,15 @@ pub fn number(text: &str, decimal: Decimal) -> Option<(f64, &str)> {
     Some((value, unit.trim()))
 }
 
+/// A number of digits and at most one point that stands before decimals, as most are.
+fn plain(text: &str, decimal: Decimal) -> Option<f64> {
+    let points = text.bytes().filter(|b| *b == b'.').count();
+    let is_plain =
+        text.bytes().enumerate().all(|(i, b)| matches!(b, b'0'..=b'9' | b'.') || (b == b'-' && i == 0));
+    let is_decimal = points == 0 || (points == 1 && decimal == Decimal::Point);
+    if is_plain && is_decimal { text.parse().ok().filter(|value: &f64| value.is_finite()) } else { None }
+}
+
 /// A finite number without a unit, where a point may stand before the decimals in both customs.
 pub fn sample(text: &str, decimal: Decimal) -> Option<f64> {
     let text = text.trim();
@@ -109,10 +125,25 @@ pub enum DecimalEvidence {
     Both,
 }
 
-/// What cells show of the decimals: point if nothing shows.
-pub fn shown<'a>(cells: impl Iterator<Item = &'a str>) -> DecimalEvidence {
-    let [mut point, mut comma, mut either] = [false; 3];
-    for cell in cells.filter(|c| c.starts_with(|c: char| c.is_ascii_digit() || "+-−.,".contains(c))) {
+/// What cells that were seen show of the decimals.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Seen {
+    point: bool,
+    comma: bool,
+    either: bool,
+}
+
+impl Seen {
+    pub fn add(&mut self, cell: &str) {
+        if !cell.starts_with(|c: char| c.is_ascii_digit() || "+-−.,".contains(c)) {
+            return;
+        }
+        // most numbers have a point that stands before other than three decimals
+        let fraction = cell.split_once('.').map(|(_, fraction)| fraction);
+        if fraction.is_none_or(|f| f.len() != 3) && plain(cell, Decimal::Point).is_some() {
+            self.point |= fraction.is_some();
+            return;
+        }
         let is = |decimal: Decimal| {
             let (_, unit) = number(cell, decimal)?;
             // dates and times start like numbers
@@ -120,17 +151,21 @@ pub fn shown<'a>(cells: impl Iterator<Item = &'a str>) -> DecimalEvidence {
         };
         let marks = |mark: char| cell.matches(mark).count();
         match (is(Decimal::Point).is_some(), is(Decimal::Comma).is_some()) {
-            (true, false) => point = true,
-            (false, true) => comma = true,
-            (true, true) if marks('.') + marks(',') > 0 => either = true,
+            (true, false) => self.point = true,
+            (false, true) => self.comma = true,
+            (true, true) if marks('.') + marks(',') > 0 => self.either = true,
             _ => (),
         }
     }
-    match (point, comma, either) {
-        (true, true, _) => DecimalEvidence::Both,
-        (_, true, _) => DecimalEvidence::Surely(Decimal::Comma),
-        (false, false, true) => DecimalEvidence::Either,
-        _ => DecimalEvidence::Surely(Decimal::Point),
+
+    /// A point if nothing shows.
+    pub fn shows(self) -> DecimalEvidence {
+        match (self.point, self.comma, self.either) {
+            (true, true, _) => DecimalEvidence::Both,
+            (_, true, _) => DecimalEvidence::Surely(Decimal::Comma),
+            (false, false, true) => DecimalEvidence::Either,
+            _ => DecimalEvidence::Surely(Decimal::Point),
+        }
     }
 }
 
@@ -160,7 +195,11 @@ mod tests {
 
     #[test]
     fn decimals_are_told_from_all_cells_and_doubt_is_told() {
-        let of = |cells: &[&str]| shown(cells.iter().copied());
+        let of = |cells: &[&str]| {
+            let mut seen = Seen::default();
+            cells.iter().for_each(|cell| seen.add(cell));
+            seen.shows()
+        };
         assert_eq!(of(&["12,5", "11.000", "2024-03-01"]), DecimalEvidence::Surely(Decimal::Comma));
         assert_eq!(of(&["12.5", "11,000", "01.02.2024 10:00"]), DecimalEvidence::Surely(Decimal::Point));
         assert_eq!(of(&["11,000", "12"]), DecimalEvidence::Either);

@@ -1,10 +1,9 @@
 //! What the lines above a table state: the machine, the probe, units, conventions, the sensitivity of the transducers.
 
 use super::column_units::ColumnUnits;
-use super::header::meaning;
+use super::header::{Header, meaning};
 use super::sensitivity;
 use super::sheet::{Cell, SheetRow};
-use super::table::Header;
 use super::target::Quantity;
 use super::unit::Sensitivity;
 use super::words::{Part, Word, parts};

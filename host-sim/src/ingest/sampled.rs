@@ -1,5 +1,6 @@
 //! Tables whose rows are samples: a header that names the channels, then a row a sample.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Result, bail};
@@ -8,11 +9,11 @@ use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::calendar::{DateOrder, Moment, ParsedMoment, of_text as moment_of_text};
 use super::format::{self, Content, Text};
-use super::header::{ChannelRole, channel_role};
+use super::header::{ChannelRole, Header, channel_role};
 use super::number::{Decimal, sample};
 use super::samples::{SampleColumn, Samples, Waveform};
 use super::sheet::{Cell, SheetRow};
-use super::table::{self, Header};
+use super::table;
 use super::unit::TimeUnit;
 
 /// Reads a recording whose extension says its format.
@@ -87,10 +88,12 @@ fn of_text(text: &Text) -> Result<Waveform> {
     if found.is_none() {
         table.columns.iter_mut().for_each(|column| column.is_read = true);
     }
-    text.each(
-        separator,
-        |row, record| if row > table.above { table.push_text(row, record) } else { Ok(()) },
-    )?;
+    text.each(separator, |row, record| {
+        if row > table.above {
+            table.push_text(row, record)?;
+        }
+        Ok(ControlFlow::Continue(()))
+    })?;
     Ok(table.waveform())
 }
 

@@ -14,8 +14,22 @@ pub enum Cell {
 impl Cell {
     /// Text without space around it; nothing is an empty cell.
     pub fn text(text: &str) -> Self {
+        let mut cell = Self::Empty;
+        cell.put(text);
+        cell
+    }
+
+    /// The same, in place of what was there.
+    pub fn put(&mut self, text: &str) {
         let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}');
-        if text.is_empty() { Self::Empty } else { Self::Text(text.into()) }
+        match self {
+            _ if text.is_empty() => *self = Self::Empty,
+            Self::Text(place) => {
+                place.clear();
+                place.push_str(text);
+            }
+            _ => *self = Self::Text(text.into()),
+        }
     }
 
     pub fn as_text(&self) -> Option<&str> {
@@ -53,23 +67,5 @@ impl SheetRow {
 
     pub fn is_blank(&self) -> bool {
         self.cells.iter().all(Cell::is_empty)
-    }
-}
-
-/// A sheet of a workbook, or a text file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sheet {
-    pub file: String,
-    /// Its name, in a workbook.
-    pub name: Option<String>,
-    /// What stands between its cells, in a text.
-    pub separator: Option<char>,
-    pub rows: Vec<SheetRow>,
-}
-
-impl Sheet {
-    /// As messages begin: the file, and the sheet if there are sheets.
-    pub fn place(&self) -> String {
-        self.name.as_ref().map_or(self.file.clone(), |name| format!("{}: sheet \"{name}\"", self.file))
     }
 }

@@ -1,10 +1,15 @@
 //! Where in a sheet the table is: what stands above it, its header, the units below that, its rows.
 
 use std::collections::HashSet;
+use std::ops::ControlFlow;
 
-use super::header::{is_unit, meaning};
+use anyhow::Result;
+
+use super::format::text::{self, Text};
+use super::header::{Header, is_unit, meaning};
 use super::preamble::{self, Line};
-use super::sheet::{Cell, Sheet, SheetRow};
+use super::sheet::{Cell, SheetRow};
+use super::sheets::Sheet;
 use super::target::Quantity;
 
 /// Rows in which a header is looked for.
@@ -23,25 +28,66 @@ pub struct ReadingTable<'a> {
     pub above: Vec<Line>,
     /// The rows of the header, units included.
     pub head: &'a [SheetRow],
-    pub rows: &'a [SheetRow],
+    pub rows: Rows<'a>,
 }
 
-/// The head of one column.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Header {
-    /// Place in the row, from 0.
-    pub index: usize,
-    pub name: String,
-    /// What stands in the rows above, over this and the columns to its right.
-    pub group: String,
-    /// What stands in the rows of units below, or is stated above the table.
-    pub unit: String,
+/// Rows below the header.
+#[derive(Debug, Clone, Copy)]
+pub enum Rows<'a> {
+    Cells(&'a [SheetRow]),
+    /// Of a text those behind this row; cut into cells each time, as the cells of a million rows need many times its memory.
+    Text {
+        text: &'a Text,
+        separator: char,
+        behind: usize,
+    },
 }
 
-impl Header {
-    /// All that is said of the column.
-    pub fn text(&self) -> String {
-        [&self.group, &self.name, &self.unit].map(String::as_str).join(" ")
+impl Rows<'_> {
+    /// Calls `visit` with each row until it breaks.
+    ///
+    /// # Errors
+    /// Those of `visit`.
+    pub fn each(&self, mut visit: impl FnMut(&SheetRow) -> Result<ControlFlow<()>>) -> Result<()> {
+        match self {
+            Self::Cells(rows) => {
+                for row in *rows {
+                    if visit(row)?.is_break() {
+                        break;
+                    }
+                }
+                Ok(())
+            }
+            Self::Text { text: of, separator, behind } => {
+                let mut row = SheetRow { number: 0, cells: Vec::new() };
+                of.each(*separator, |number, record| {
+                    if number <= *behind {
+                        return Ok(ControlFlow::Continue(()));
+                    }
+                    text::put(&mut row, number, record);
+                    visit(&row)
+                })
+            }
+        }
+    }
+
+    /// The first that `find` finds in a row.
+    pub fn find_map<T>(&self, mut find: impl FnMut(&SheetRow) -> Option<T>) -> Option<T> {
+        let mut found = None;
+        let visit = |row: &SheetRow| {
+            found = find(row);
+            Ok(if found.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        };
+        // `find` has no errors
+        self.each(visit).unwrap_or_default();
+        found
+    }
+
+    pub fn for_each(&self, mut visit: impl FnMut(&SheetRow)) {
+        self.find_map(|row| {
+            visit(row);
+            None::<()>
+        });
     }
 }
 
@@ -51,7 +97,12 @@ pub fn find(sheet: &Sheet) -> Option<ReadingTable<'_>> {
     let scored = candidates.map(|(at, row)| (at, score(row)));
     let (at, _) = scored.filter(|(_, score)| *score >= 2).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
     let Head { mut columns, above, below } = head(&sheet.rows, at);
-    let rows = &sheet.rows[at + 1 + below..];
+    let rows = match (&sheet.text, sheet.separator) {
+        (Some(text), Some(separator)) => {
+            Rows::Text { text, separator, behind: sheet.rows[at + below].number }
+        }
+        _ => Rows::Cells(&sheet.rows[at + 1 + below..]),
+    };
     add_unnamed(&mut columns, sheet, rows);
     let lines = preamble::lines(&sheet.rows[..at - above]);
     preamble::complete(&mut columns, &lines);
@@ -66,18 +117,21 @@ pub fn find(sheet: &Sheet) -> Option<ReadingTable<'_>> {
 }
 
 /// Adds the columns that hold something and have no name.
-fn add_unnamed(columns: &mut Vec<Header>, sheet: &Sheet, rows: &[SheetRow]) {
+fn add_unnamed(columns: &mut Vec<Header>, sheet: &Sheet, rows: Rows) {
     let named = columns.last().map_or(0, |column| column.index + 1);
     // a row of text that is longer than the header was cut in the wrong places
     let width = if sheet.separator.is_some() { named } else { usize::MAX };
+    if columns.len() == width {
+        return;
+    }
     let mut is_filled = Vec::new();
-    for row in rows {
+    rows.for_each(|row| {
         let cells = &row.cells[..row.cells.len().min(width)];
         is_filled.resize(cells.len().max(is_filled.len()), false);
         for (filled, cell) in is_filled.iter_mut().zip(cells) {
             *filled |= !cell.is_empty();
         }
-    }
+    });
     for column in columns.iter() {
         if let Some(filled) = is_filled.get_mut(column.index) {
             *filled = false;
@@ -125,7 +179,7 @@ fn head(rows: &[SheetRow], at: usize) -> Head {
     }
     for column in &mut columns {
         let units: Vec<String> = (1..=below).map(|down| text(&rows[at + down], column.index)).collect();
-        column.unit = units.join(" ").trim().to_string();
+        column.unit = format!("{} {}", column.unit, units.join(" ")).trim().to_string();
         if column.name.is_empty() {
             column.name = std::mem::take(&mut column.unit);
         }
@@ -150,7 +204,11 @@ fn put_over(columns: &mut [Header], over: Vec<String>) {
             let quantity = meaning(&over, |_| false).quantity;
             group = if quantity.is_none_or(Quantity::is_of_probe) { over } else { String::new() };
         }
-        column.group = format!("{own} {}", column.group).trim().to_string();
+        if is_unit(&column.name) && !own.is_empty() {
+            column.unit = std::mem::replace(&mut column.name, own);
+        } else {
+            column.group = format!("{own} {}", column.group).trim().to_string();
+        }
     }
 }
 
@@ -181,15 +239,15 @@ pub fn above_samples(rows: &[SheetRow], is_value: impl Fn(&Cell) -> bool) -> Opt
 /// Columns of a row that say what they are, if they are of a table of vibration.
 pub fn score(row: &SheetRow) -> usize {
     let texts: Vec<&str> = row.cells.iter().filter_map(Cell::as_text).collect();
-    let known: Vec<Quantity> = texts.iter().filter_map(|text| meaning(text, |_| false).quantity).collect();
     let names =
         texts.iter().filter(|t| t.starts_with(|c: char| c.is_alphabetic() || "#1".contains(c))).count();
-    let vibration = known.iter().any(|q| *q == Quantity::Speed || q.is_of_probe());
     // a row of data has numbers, a line of prose one cell
-    let is_header = vibration
-        && 2 * names > texts.len()
-        && texts.len() == row.cells.iter().filter(|c| !c.is_empty()).count();
-    if is_header { known.len() } else { 0 }
+    if 2 * names <= texts.len() || texts.len() != row.cells.iter().filter(|c| !c.is_empty()).count() {
+        return 0;
+    }
+    let known: Vec<Quantity> = texts.iter().filter_map(|text| meaning(text, |_| false).quantity).collect();
+    let vibration = known.iter().any(|q| *q == Quantity::Speed || q.is_of_probe());
+    if vibration { known.len() } else { 0 }
 }
 
 fn is_unit_row(row: &SheetRow) -> bool {

@@ -1,5 +1,6 @@
 //! The words of the trade in headers of columns, in the languages that exports have.
 
+use super::phrases::PHRASES;
 use super::unit::{Angle, Detection, Sense, SpeedUnit, TimeUnit, Unit};
 
 /// What a word of a header says.
@@ -41,160 +42,6 @@ pub enum Word {
     Filler,
 }
 
-/// Phrases of more than letters and digits, longest first, and the word each stands for.
-const PHRASES: [(&str, &str); 150] = [
-    ("x-axis", "x_axis"),
-    ("x axis", "x_axis"),
-    ("y-axis", "y_axis"),
-    ("y axis", "y_axis"),
-    ("spitze zu spitze", "pp"),
-    ("spitze-spitze", "pp"),
-    ("crête à crête", "pp"),
-    ("crête-à-crête", "pp"),
-    ("peak to peak", "pp"),
-    ("peak-to-peak", "pp"),
-    ("pico a pico", "pp"),
-    ("zero-to-peak", "0p"),
-    ("zero to peak", "0p"),
-    ("zero-peak", "0p"),
-    ("0-to-peak", "0p"),
-    ("0 to peak", "0p"),
-    ("peak-peak", "pp"),
-    ("pico-pico", "pp"),
-    ("null-spitze", "0p"),
-    ("in-phase", "real"),
-    ("in phase", "real"),
-    ("not 1x", "overall"),
-    ("not-1x", "overall"),
-    ("time stamp", "timestamp"),
-    ("date/time", "timestamp"),
-    ("date time", "timestamp"),
-    ("date & time", "timestamp"),
-    ("date and time", "timestamp"),
-    ("datum/zeit", "timestamp"),
-    ("datum/uhrzeit", "timestamp"),
-    ("datum uhrzeit", "timestamp"),
-    ("0-peak", "0p"),
-    ("o-peak", "0p"),
-    ("pk-pk", "pp"),
-    ("pk/pk", "pp"),
-    ("pk to pk", "pp"),
-    ("pk pk", "pp"),
-    ("0-pk", "0p"),
-    ("o-pk", "0p"),
-    ("0 pk", "0p"),
-    ("0-p", "0p"),
-    ("o-p", "0p"),
-    ("p-p", "pp"),
-    ("s-s", "pp"),
-    ("c-c", "pp"),
-    ("1/min", "rpm"),
-    ("cycles/min", "rpm"),
-    ("umdr/min", "rpm"),
-    ("rpm/1000", "krpm"),
-    ("rpm x1000", "krpm"),
-    ("rpm x 1000", "krpm"),
-    ("x1000 rpm", "krpm"),
-    ("x 1000 rpm", "krpm"),
-    ("1000 rpm", "krpm"),
-    ("rev/sec", "per_second"),
-    ("rev/s", "per_second"),
-    ("tr/s", "per_second"),
-    ("u/s", "per_second"),
-    ("r/s", "per_second"),
-    ("s^-1", "per_second"),
-    ("s⁻¹", "per_second"),
-    ("rad/sec", "radians_per_second"),
-    ("u/min", "rpm"),
-    ("r/min", "rpm"),
-    ("rev/min", "rpm"),
-    ("tr/min", "rpm"),
-    ("mm s^-1", "mm_per_s"),
-    ("mm s⁻¹", "mm_per_s"),
-    ("mm s^-2", "mm_per_s2"),
-    ("mm s⁻²", "mm_per_s2"),
-    ("mm·s^-1", "mm_per_s"),
-    ("mm·s⁻¹", "mm_per_s"),
-    ("mm·s^-2", "mm_per_s2"),
-    ("mm·s⁻²", "mm_per_s2"),
-    ("mm*s^-1", "mm_per_s"),
-    ("mm*s⁻¹", "mm_per_s"),
-    ("mm*s^-2", "mm_per_s2"),
-    ("mm*s⁻²", "mm_per_s2"),
-    ("um s^-1", "um_per_s"),
-    ("um s⁻¹", "um_per_s"),
-    ("um·s^-1", "um_per_s"),
-    ("um·s⁻¹", "um_per_s"),
-    ("um*s^-1", "um_per_s"),
-    ("um*s⁻¹", "um_per_s"),
-    ("in s^-1", "in_per_s"),
-    ("in s⁻¹", "in_per_s"),
-    ("in s^-2", "in_per_s2"),
-    ("in s⁻²", "in_per_s2"),
-    ("in·s^-1", "in_per_s"),
-    ("in·s⁻¹", "in_per_s"),
-    ("in·s^-2", "in_per_s2"),
-    ("in·s⁻²", "in_per_s2"),
-    ("in*s^-1", "in_per_s"),
-    ("in*s⁻¹", "in_per_s"),
-    ("in*s^-2", "in_per_s2"),
-    ("in*s⁻²", "in_per_s2"),
-    ("m s^-1", "m_per_s"),
-    ("m s⁻¹", "m_per_s"),
-    ("m s^-2", "m_per_s2"),
-    ("m s⁻²", "m_per_s2"),
-    ("m·s^-1", "m_per_s"),
-    ("m·s⁻¹", "m_per_s"),
-    ("m·s^-2", "m_per_s2"),
-    ("m·s⁻²", "m_per_s2"),
-    ("m*s^-1", "m_per_s"),
-    ("m*s⁻¹", "m_per_s"),
-    ("m*s^-2", "m_per_s2"),
-    ("m*s⁻²", "m_per_s2"),
-    ("min^-1", "rpm"),
-    ("min⁻¹", "rpm"),
-    ("rad/s", "radians_per_second"),
-    ("mm/sec^2", "mm_per_s2"),
-    ("mm/sec²", "mm_per_s2"),
-    ("mm/sec2", "mm_per_s2"),
-    ("mm/s^2", "mm_per_s2"),
-    ("mm/s²", "mm_per_s2"),
-    ("mm/s2", "mm_per_s2"),
-    ("mm/sec", "mm_per_s"),
-    ("mm/s", "mm_per_s"),
-    ("um/sec", "um_per_s"),
-    ("um/s", "um_per_s"),
-    ("mils/sec", "mil_per_s"),
-    ("mils/s", "mil_per_s"),
-    ("mil/sec", "mil_per_s"),
-    ("mil/s", "mil_per_s"),
-    ("inch/sec^2", "in_per_s2"),
-    ("inch/sec²", "in_per_s2"),
-    ("inch/sec2", "in_per_s2"),
-    ("inch/s^2", "in_per_s2"),
-    ("inch/s²", "in_per_s2"),
-    ("inch/s2", "in_per_s2"),
-    ("inch/sec", "in_per_s"),
-    ("inch/s", "in_per_s"),
-    ("in/sec^2", "in_per_s2"),
-    ("in/sec²", "in_per_s2"),
-    ("in/sec2", "in_per_s2"),
-    ("in/s^2", "in_per_s2"),
-    ("in/s²", "in_per_s2"),
-    ("in/s2", "in_per_s2"),
-    ("in/sec", "in_per_s"),
-    ("in/s", "in_per_s"),
-    ("m/sec^2", "m_per_s2"),
-    ("m/sec²", "m_per_s2"),
-    ("m/sec2", "m_per_s2"),
-    ("m/s^2", "m_per_s2"),
-    ("m/s²", "m_per_s2"),
-    ("m/s2", "m_per_s2"),
-    ("m/sec", "m_per_s"),
-    ("m/s", "m_per_s"),
-    ("1/s", "per_second"),
-];
-
 /// `16X` is a probe at bearing 16, `2X` the second harmonic, unless there is a `2Y`.
 const HIGHEST_ORDER: f64 = 10.0;
 
@@ -202,7 +49,9 @@ const HIGHEST_ORDER: f64 = 10.0;
 fn word(lower: &str) -> Option<Word> {
     Some(match lower {
         "1x" | "x1" | "synchronous" | "synch" => Word::Synchronous,
-        "direct" | "overall" | "gesamt" | "summe" | "nx" | "smax" | "subsynchronous" => Word::OtherVibration,
+        "direct" | "overall" | "gesamt" | "summe" | "nx" | "smax" | "subsynchronous" | "unbalance" => {
+            Word::OtherVibration
+        }
         "amp" | "ampl" | "amplitude" | "amplituden" | "magnitude" | "mag" | "betrag" | "amplitud"
         | "schwingweg" => Word::Amplitude,
         "phase" | "phs" | "phas" | "ph" | "phasenwinkel" | "phasenlage" | "fase" | "phi" | "φ" | "winkel"
@@ -230,13 +79,6 @@ fn word(lower: &str) -> Option<Word> {
         "point" | "channel" | "probe" | "sensor" | "messstelle" | "kanal" | "messpunkt" | "transducer"
         | "tag" => Word::Point,
         "machine" | "asset" | "maschine" | "train" | "anlage" | "equipment" => Word::Machine,
-        "um" | "micron" | "microns" | "micrometer" | "mikrometer" => Word::Unit(Unit::Micrometre),
-        "mil" | "mils" => Word::Unit(Unit::Mil),
-        "mm" => Word::Unit(Unit::Millimetre),
-        "m" => Word::Unit(Unit::Metre),
-        "inch" | "in" => Word::Unit(Unit::Inch),
-        "mv" => Word::Unit(Unit::Millivolt),
-        "v" | "volt" | "volts" | "vdc" => Word::Unit(Unit::Volt),
         "pp" | "pkpk" | "ss" | "cc" => Word::Detection(Detection::PeakToPeak),
         "0p" | "op" | "0pk" | "zp" | "peak" | "pk" => Word::Detection(Detection::ZeroToPeak),
         "rms" | "eff" | "effektiv" | "effektivwert" => Word::Detection(Detection::Rms),
@@ -244,6 +86,36 @@ fn word(lower: &str) -> Option<Word> {
         "lead" | "voreilend" | "voreilung" | "avance" | "leading" => Word::Sense(Sense::Lead),
         "deg" | "degree" | "degrees" | "°" | "grad" | "degs" | "grados" => Word::Angle(Angle::Degrees),
         "rad" | "radian" | "radians" | "radiant" => Word::Angle(Angle::Radians),
+        "velocity"
+        | "vel"
+        | "acceleration"
+        | "accel"
+        | "acc"
+        | "geschwindigkeit"
+        | "beschleunigung"
+        | "schwinggeschwindigkeit"
+        | "schwingbeschleunigung"
+        | "schnelle" => Word::Derivative,
+        "x_axis" => Word::XAxis,
+        "y_axis" => Word::YAxis,
+        "status" | "validity" | "quality" | "qualität" => Word::Status,
+        "vibration" | "vib" | "value" | "wert" | "messwert" | "avg" | "average" | "mean" | "of"
+        | "filtered" | "vector" | "displacement" | "component" | "name" | "id" | "no" | "unit" | "units"
+        | "measured" | "shaft" | "der" | "the" | "und" | "and" => Word::Filler,
+        _ => return unit(lower),
+    })
+}
+
+/// The unit that one word is.
+fn unit(lower: &str) -> Option<Word> {
+    Some(match lower {
+        "um" | "micron" | "microns" | "micrometer" | "mikrometer" => Word::Unit(Unit::Micrometre),
+        "mil" | "mils" => Word::Unit(Unit::Mil),
+        "mm" => Word::Unit(Unit::Millimetre),
+        "m" => Word::Unit(Unit::Metre),
+        "inch" | "in" => Word::Unit(Unit::Inch),
+        "mv" => Word::Unit(Unit::Millivolt),
+        "v" | "volt" | "volts" | "vdc" => Word::Unit(Unit::Volt),
         "rpm" => Word::SpeedUnit(SpeedUnit::Rpm),
         "cpm" | "upm" => Word::SpeedUnit(SpeedUnit::Rpm),
         "krpm" | "kcpm" => Word::SpeedUnit(SpeedUnit::Krpm),
@@ -270,22 +142,6 @@ fn word(lower: &str) -> Option<Word> {
         "in_per_s2" => Word::Unit(Unit::InchPerSecondSquared),
         "m_per_s2" => Word::Unit(Unit::MetrePerSecondSquared),
         "g" | "gs" => Word::Unit(Unit::G),
-        "velocity"
-        | "vel"
-        | "acceleration"
-        | "accel"
-        | "acc"
-        | "geschwindigkeit"
-        | "beschleunigung"
-        | "schwinggeschwindigkeit"
-        | "schwingbeschleunigung"
-        | "schnelle" => Word::Derivative,
-        "x_axis" => Word::XAxis,
-        "y_axis" => Word::YAxis,
-        "status" | "validity" | "quality" | "qualität" => Word::Status,
-        "vibration" | "vib" | "value" | "wert" | "messwert" | "avg" | "average" | "mean" | "of"
-        | "filtered" | "vector" | "displacement" | "component" | "name" | "id" | "no" | "unit" | "units"
-        | "measured" | "shaft" | "der" | "the" | "und" | "and" => Word::Filler,
         _ => return None,
     })
 }

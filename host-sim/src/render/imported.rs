@@ -32,6 +32,9 @@ pub fn text(answer: &ImportAnswer) -> String {
     if let Some(start) = &answer.start {
         let _ = writeln!(text, "Days count from {start}.");
     }
+    for remark in &answer.remarks {
+        let _ = writeln!(text, "{remark}");
+    }
     if answer.sorted {
         text += "The rows were not in the order of time, and are now.\n";
     }

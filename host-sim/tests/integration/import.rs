@@ -1,6 +1,7 @@
 //! `import` as a user meets it: exports of other systems become the readings that they were made of, or are refused.
 
 mod exports;
+mod public;
 pub mod truth;
 
 use crate::program::{assert_says, json, refusal, rotor_edge};

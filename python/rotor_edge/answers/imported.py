@@ -81,6 +81,8 @@ class Import(Answer):
     """Whether the rows had to be sorted by time."""
     start: str | None
     """When day 0 was, local to the export."""
+    remarks: tuple[str, ...]
+    """What was concluded of times and dates from the order of the rows, and which rows were joined: a sentence each."""
     runout_um: tuple[CosineSine, ...] | None
     """Runout that was taken off each probe."""
     measurement: Measurement | None = field(kw_only=True)

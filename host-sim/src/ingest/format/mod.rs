@@ -5,7 +5,8 @@ mod matlab;
 mod numpy;
 #[cfg(feature = "parquet")]
 mod parquet;
-mod text;
+pub mod text;
+mod unpacked;
 mod wav;
 mod workbook;
 
@@ -14,7 +15,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 
 use super::samples::Waveform;
-use super::sheet::Sheet;
+use super::sheet::SheetRow;
+use super::sheets::Sheet;
 pub use text::Text;
 
 /// Cells or samples of a file.
@@ -34,7 +36,7 @@ struct Format {
 
 /// Text stands first; a workbook is any other archive.
 const FORMATS: [Format; 7] = [
-    Format { extensions: &["csv", "tsv", "txt"], is: |_| false, read: text::read },
+    Format { extensions: &["csv", "tsv", "txt"], is: |_| false, read: read_text },
     Format { extensions: &["wav"], is: wav::is, read: wav::read },
     Format { extensions: &["npy"], is: numpy::is_array, read: numpy::read_array },
     Format { extensions: &["npz"], is: numpy::is_archive, read: numpy::read_archive },
@@ -43,11 +45,11 @@ const FORMATS: [Format; 7] = [
     Format { extensions: &["parquet"], is: is_parquet, read: read_parquet },
 ];
 
-/// The sheets of a file of readings, by what it holds, whatever it is called.
+/// The sheets of a file of readings, by what it holds, whatever it is called; rows of a header score most.
 ///
 /// # Errors
 /// One sentence with the file if it cannot be read or is of no format here.
-pub fn sheets(path: &Path) -> Result<Vec<Sheet>> {
+pub fn sheets(path: &Path, score: fn(&SheetRow) -> usize) -> Result<Vec<Sheet>> {
     let file = path.display().to_string();
     let bytes = bytes(path)?;
     if bytes.is_empty() {
@@ -56,7 +58,7 @@ pub fn sheets(path: &Path) -> Result<Vec<Sheet>> {
     let format = FORMATS.iter().find(|format| (format.is)(&bytes)).unwrap_or(&FORMATS[0]);
     match (format.read)(&file, &bytes)? {
         Content::Sheets(sheets) => Ok(sheets),
-        Content::Text(text) => Ok(vec![text.sheet()]),
+        Content::Text(text) => Ok(vec![Sheet::of_text(text, score)?]),
         Content::Waveform(_) => {
             bail!(
                 "{file}: holds samples of channels, expected a table of readings; `rotor-edge extract` reads it"
@@ -81,6 +83,10 @@ pub fn recording(path: &Path) -> Result<Content> {
 
 fn bytes(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))
+}
+
+fn read_text(file: &str, bytes: &[u8]) -> Result<Content> {
+    Ok(Content::Text(Text::of(file, bytes)?))
 }
 
 fn is_parquet(bytes: &[u8]) -> bool {

@@ -9,10 +9,13 @@ use parquet::basic::{LogicalType, TimeUnit};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
-use super::super::sheet::{Cell, Sheet, SheetRow};
+use super::super::sheet::{Cell, SheetRow};
+use super::super::sheets::Sheet;
 use super::Content;
 
 const SECONDS_A_DAY: i64 = 86_400;
+/// Cells of a file: more of them need more memory than a table of readings.
+const MOST_CELLS: usize = 16_000_000;
 
 /// The table; rows count from 2, as if its names were the first.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
@@ -35,6 +38,13 @@ fn table(file: &str, bytes: &[u8]) -> Result<Sheet> {
     if let Some(nested) = columns.iter().find(|column| !column.is_primitive()) {
         bail!("{file}: column `{}` holds lists or groups, expected a table of single values", nested.name());
     }
+    let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(usize::MAX);
+    if rows.saturating_mul(columns.len()) > MOST_CELLS {
+        bail!(
+            "{file}: has {rows} rows of {} columns, expected at most {MOST_CELLS} cells, or CSV",
+            columns.len()
+        );
+    }
     let in_nanoseconds: Vec<bool> = (schema.columns().iter())
         .map(|column| matches!(column.logical_type_ref(), Some(LogicalType::Timestamp(t)) if t.unit == TimeUnit::NANOS))
         .collect();
@@ -48,7 +58,7 @@ fn table(file: &str, bytes: &[u8]) -> Result<Sheet> {
             cells: cells.map(|((_, field), nanos)| cell(field, *nanos)).collect(),
         });
     }
-    Ok(Sheet { file: file.into(), name: None, separator: None, rows })
+    Ok(Sheet { file: file.into(), name: None, separator: None, rows, text: None })
 }
 
 fn cell(field: &Field, in_nanoseconds: bool) -> Cell {

@@ -1,21 +1,18 @@
 //! Tables in text, with a separator between the cells.
 
+use std::ops::ControlFlow;
+
 use anyhow::{Result, bail};
 use csv::ByteRecord;
 
 use super::super::encoding::decoded;
-use super::super::sheet::{Cell, Sheet, SheetRow};
-use super::super::table;
-use super::Content;
+use super::super::sheet::{Cell, SheetRow};
 
 /// Rows in which the header is looked for.
 const LOOKED_AT: usize = 200;
 
-pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
-    Ok(Content::Text(Text::of(file, bytes)?))
-}
-
 /// A table in text, before it is cut into cells.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Text {
     pub file: String,
     text: String,
@@ -40,19 +37,9 @@ impl Text {
         Self { comment: Some(b'#'), ..self }
     }
 
-    /// All rows, cut at the separator with which a header of readings is found.
-    pub fn sheet(self) -> Sheet {
-        let columns = |_, rows: &[SheetRow]| {
-            rows.iter().map(|row| (table::score(row), row.cells.len())).max().unwrap_or_default()
-        };
-        let separator = self.separator([';', '\t', ',', '|'], columns);
-        let mut rows = Vec::new();
-        self.each(separator, |number, record| {
-            rows.push(row(number, record));
-            Ok(())
-        })
-        .unwrap_or_default();
-        Sheet { file: self.file, name: None, separator: Some(separator), rows }
+    /// Lines in which the header is looked for.
+    pub fn first_lines(&self) -> impl Iterator<Item = &str> {
+        self.text.lines().take(LOOKED_AT)
     }
 
     /// The separator whose first rows have the highest score, the first of equals.
@@ -68,17 +55,21 @@ impl Text {
         let mut rows = Vec::new();
         let push = |number: usize, record: &ByteRecord| {
             rows.push(row(number, record));
-            Ok(())
+            Ok(ControlFlow::Continue(()))
         };
         each_of(&self.text[..end], separator, self.comment, push).unwrap_or_default();
         rows
     }
 
-    /// Calls `push` with the number of each row, from 1, and its cells.
+    /// Calls `push` with the number of each row, from 1, and its cells, until it breaks.
     ///
     /// # Errors
     /// Those of `push`.
-    pub fn each(&self, separator: char, push: impl FnMut(usize, &ByteRecord) -> Result<()>) -> Result<()> {
+    pub fn each(
+        &self,
+        separator: char,
+        push: impl FnMut(usize, &ByteRecord) -> Result<ControlFlow<()>>,
+    ) -> Result<()> {
         each_of(&self.text, separator, self.comment, push)
     }
 }
@@ -87,7 +78,7 @@ fn each_of(
     text: &str,
     separator: char,
     comment: Option<u8>,
-    mut push: impl FnMut(usize, &ByteRecord) -> Result<()>,
+    mut push: impl FnMut(usize, &ByteRecord) -> Result<ControlFlow<()>>,
 ) -> Result<()> {
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -101,7 +92,9 @@ fn each_of(
         let position = record.position();
         let start = position.map_or(0, |p| p.byte() as usize);
         let number = position.map_or(0, |p| p.line() as usize) + skipped_lines(&text[start..], comment);
-        push(number, &record)?;
+        if push(number, &record)?.is_break() {
+            break;
+        }
     }
     Ok(())
 }
@@ -116,7 +109,21 @@ fn skipped_lines(text: &str, comment: Option<u8>) -> usize {
 }
 
 fn row(number: usize, record: &ByteRecord) -> SheetRow {
-    SheetRow { number, cells: record.iter().map(|cell| Cell::text(&String::from_utf8_lossy(cell))).collect() }
+    let mut row = SheetRow { number, cells: Vec::new() };
+    put(&mut row, number, record);
+    row
+}
+
+/// Puts a record into a row that is there, so that no cell of a long file needs memory of its own.
+pub fn put(row: &mut SheetRow, number: usize, record: &ByteRecord) {
+    row.number = number;
+    row.cells.resize(record.len(), Cell::Empty);
+    for (place, cell) in row.cells.iter_mut().zip(record) {
+        match std::str::from_utf8(cell) {
+            Ok(text) => place.put(text),
+            Err(_) => *place = Cell::text(&String::from_utf8_lossy(cell)),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -125,16 +132,6 @@ mod tests {
 
     fn text(bytes: &[u8]) -> Text {
         Text::of("a.csv", bytes).unwrap()
-    }
-
-    #[test]
-    fn rows_keep_numbers_over_blanks_and_header_sets_separator() {
-        let csv = "Machine: K-101, train A, unit 3\r\n\r\n\r\nSpeed;16X 1X Amp;16X 1X Phase\r\n\r\n100,5;2,5;30\r\n";
-        let sheet = text(csv.as_bytes()).sheet();
-        assert_eq!(sheet.separator, Some(';'));
-        let numbers: Vec<usize> = sheet.rows.iter().map(|r| r.number).collect();
-        assert_eq!(numbers, [1, 4, 6]);
-        assert_eq!(sheet.rows[2].cells[1], Cell::Text("2,5".into()));
     }
 
     #[test]

@@ -1,20 +1,23 @@
 //! Workbooks: xlsx, xls and ods.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Seek};
+use std::io::Cursor;
 
-use anyhow::{Context, Result, anyhow};
-use calamine::{Data, Range, Reader, Sheets, Xlsx, XlsxError, open_workbook_auto_from_rs};
+use anyhow::{Context, Result, anyhow, bail};
+use calamine::{Data, Range, Reader, Sheets, XlsxError, open_workbook_auto_from_rs};
 
 use super::super::calendar;
-use super::super::sheet::{Cell, Sheet, SheetRow};
-use super::Content;
+use super::super::sheet::{Cell, SheetRow};
+use super::super::sheets::Sheet;
+use super::{Content, unpacked};
 
 /// What a zip archive and a compound file begin with.
 const BEGINNINGS: [&[u8]; 2] = [b"PK\x03\x04", b"\xd0\xcf\x11\xe0"];
 
 /// Columns of a sheet, XFD the last.
 const MOST_COLUMNS: u32 = 16_384;
+/// Cells of a sheet with the empty ones before them in their rows: more of them need more memory than a table of readings.
+const MOST_CELLS: usize = 16_000_000;
 
 /// Whether a file is an archive or a compound file.
 pub fn is(bytes: &[u8]) -> bool {
@@ -23,39 +26,60 @@ pub fn is(bytes: &[u8]) -> bool {
 
 /// Every sheet that holds something.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
+    unpacked::check(file, bytes)?;
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes))
         .map_err(|_| anyhow!("{file}: cannot be read as a workbook, expected xlsx, xls or ods"))?;
     let mut sheets = Vec::new();
     for name in book.sheet_names() {
         let wrong = || format!("{file}: sheet \"{name}\": cannot be read");
-        let rows = match &mut book {
+        let read = match &mut book {
             // cell by cell: a range has a place for every cell between the first and the last
-            Sheets::Xlsx(book) => rows_of_xlsx(book, &name).with_context(wrong)?,
-            book => rows_of_range(&book.worksheet_range(&name).with_context(wrong)?),
+            Sheets::Xlsx(book) => match book.worksheet_cells_reader(&name) {
+                // a chart
+                Err(XlsxError::NotAWorksheet(_)) => continue,
+                reader => {
+                    let mut reader = reader.with_context(wrong)?;
+                    rows_of_cells(|| {
+                        Ok(reader.next_cell()?.map(|c| (c.get_position(), c.get_value().clone().into())))
+                    })
+                }
+            },
+            Sheets::Xlsb(book) => {
+                let mut reader = book.worksheet_cells_reader(&name).with_context(wrong)?;
+                rows_of_cells(|| {
+                    Ok(reader.next_cell()?.map(|c| (c.get_position(), c.get_value().clone().into())))
+                })
+            }
+            book => Ok(rows_of_range(&book.worksheet_range(&name).with_context(wrong)?)),
         };
+        let rows = read.with_context(wrong)?;
         let rows: Vec<SheetRow> = rows.into_iter().filter(|row| !row.is_blank()).collect();
         if !rows.is_empty() {
-            sheets.push(Sheet { file: file.into(), name: Some(name), separator: None, rows });
+            sheets.push(Sheet { file: file.into(), name: Some(name), separator: None, rows, text: None });
         }
     }
     Ok(Content::Sheets(sheets))
 }
 
-fn rows_of_xlsx<R: Read + Seek>(book: &mut Xlsx<R>, name: &str) -> Result<Vec<SheetRow>, XlsxError> {
-    let mut reader = match book.worksheet_cells_reader(name) {
-        // a chart
-        Err(XlsxError::NotAWorksheet(_)) => return Ok(Vec::new()),
-        reader => reader?,
-    };
+/// The rows of the cells that `next` gives, with their places.
+fn rows_of_cells(mut next: impl FnMut() -> Result<Option<((u32, u32), Data)>>) -> Result<Vec<SheetRow>> {
     let mut rows: BTreeMap<u32, Vec<Cell>> = BTreeMap::new();
-    while let Some(found) = reader.next_cell()? {
-        let (row, column) = found.get_position();
-        let value = cell(&found.get_value().clone().into());
+    let mut places = 0;
+    while let Some(((row, column), data)) = next()? {
+        let value = cell(&data);
         if value.is_empty() || column >= MOST_COLUMNS {
             continue;
         }
         let cells = rows.entry(row).or_default();
         if cells.len() <= column as usize {
+            places += column as usize + 1 - cells.len();
+            if places > MOST_CELLS {
+                bail!(
+                    "row {}, column {}: the cells up to here take more than {MOST_CELLS} places, expected a table without cells far off, or CSV",
+                    row + 1,
+                    column + 1
+                );
+            }
             cells.resize(column as usize + 1, Cell::Empty);
         }
         cells[column as usize] = value;
@@ -98,6 +122,15 @@ mod tests {
     use rust_xlsxwriter::Workbook;
 
     use super::*;
+
+    #[test]
+    fn rows_with_cells_far_off_are_refused_before_allocation() {
+        let mut far = (0..2_000).map(|row| ((row, MOST_COLUMNS - 1), Data::Float(1.0)));
+        let error = rows_of_cells(|| Ok(far.next())).unwrap_err().to_string();
+        assert!(error.starts_with("row 977, column 16384: the cells up to here"), "{error}");
+        let mut near = (0..2_000).map(|row| ((row, 3), Data::Float(1.0)));
+        assert_eq!(rows_of_cells(|| Ok(near.next())).unwrap().len(), 2_000);
+    }
 
     #[test]
     fn cells_keep_their_place_however_far_apart_they_are() {

@@ -7,11 +7,11 @@ use anyhow::{Result, bail};
 
 use super::mapping::Mapping;
 use crate::ingest::calendar;
-use crate::ingest::header::{Meaning, meaning};
+use crate::ingest::header::{Header, Meaning, meaning};
 use crate::ingest::preamble;
 use crate::ingest::probes::Probes;
-use crate::ingest::sheet::Cell;
-use crate::ingest::table::{Header, ReadingTable};
+use crate::ingest::sheet::{Cell, SheetRow};
+use crate::ingest::table::ReadingTable;
 use crate::ingest::target::{Quantity, Target};
 use crate::ingest::unit::{Sensitivity, Unit};
 use crate::ingest::words::Word;
@@ -90,8 +90,7 @@ type Known = std::result::Result<AssignedColumn, String>;
 
 fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping) -> Result<Known> {
     let said = meaning(&header.text(), |word| probes.is_probe(word));
-    let number = (header.index + 1).to_string();
-    if let Some(rule) = mapping.column.iter().find(|rule| rule.from == header.name || rule.from == number) {
+    if let Some(rule) = mapping.column.iter().find(|rule| header.is(&rule.from)) {
         if rule.to.quantity == Quantity::Left {
             return Ok(Err("as stated".into()));
         }
@@ -173,8 +172,8 @@ fn pair_date_and_clock(
     left: &mut Vec<UnusedColumn>,
 ) {
     let is_clock = |column: &AssignedColumn| {
-        let mut cells = table.rows.iter().map(|row| row.cell(column.header.index)).filter(|c| !c.is_empty());
-        match cells.next() {
+        let filled = |row: &SheetRow| Some(row.cell(column.header.index).clone()).filter(|c| !c.is_empty());
+        match &table.rows.find_map(filled) {
             Some(Cell::Text(text)) => calendar::clock(&text.split_whitespace().collect::<Vec<_>>()).is_some(),
             Some(Cell::Number(part)) => (0.0..1.0).contains(part) && column.target.stated.time.is_none(),
             Some(Cell::Time(time)) => time.year() <= 1900,

@@ -85,8 +85,8 @@ impl Cells<'_> {
                 Some(if let Some(Cell::Number(part)) = clock { moment.later(*part) } else { moment })
             }
             (Cell::Text(text), clock) => {
-                let clock = clock.and_then(Cell::as_text).map_or(String::new(), |clock| format!(" {clock}"));
-                Some(self.of_text(&format!("{text}{clock}"), column, &place)?)
+                let both = clock.and_then(Cell::as_text).map(|clock| format!("{text} {clock}"));
+                Some(self.of_text(both.as_deref().unwrap_or(text), column, &place)?)
             }
         };
         moment
@@ -107,7 +107,12 @@ impl Cells<'_> {
     }
 
     fn of_text(&self, text: &str, column: &Column, place: &impl Fn() -> String) -> Result<Moment> {
-        if let Some((x, "")) = number(text, self.plan.decimal).filter(|(x, _)| text.len() != 8 || *x < 1e7) {
+        let is_number = !text.contains(':');
+        if let Some((x, "")) = is_number
+            .then(|| number(text, self.plan.decimal))
+            .flatten()
+            .filter(|(x, _)| text.len() != 8 || *x < 1e7)
+        {
             let Some(moment) = self.of_number(x, column) else {
                 bail!("{}", self.which_time(&place(), x, column))
             };

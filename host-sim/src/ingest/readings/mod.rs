@@ -2,21 +2,27 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `assign`, `plan` | which column is what, in which units; what is not stated is asked for |
+//! | `assign`, `plan`, `survey` | which column is what, in which units; what is not stated is asked for |
 //! | `mapping` | what the owner states, as a file or as options |
+//! | `times`, `date_order`, `join` | times that rows do not state in full, rows of one reading joined |
 //! | `status` | columns that say which values are valid |
-//! | `record`, `cells` | rows as readings |
+//! | `record`, `row`, `cells` | rows as readings |
 //! | `repair` | stale values, outliers, a phase reference that was moved |
 //! | `written` | the readings as `measured.csv`, with the mapping as its header comment |
 
 pub(crate) mod assign;
 pub(crate) mod cells;
+mod date_order;
+pub(crate) mod join;
 pub(crate) mod mapping;
 pub(crate) mod plan;
 pub(crate) mod record;
 pub(crate) mod repair;
+mod row;
 pub(crate) mod slow_roll;
 mod status;
+mod survey;
+pub(crate) mod times;
 pub(crate) mod written;
 
 use std::path::{Path, PathBuf};
@@ -26,13 +32,16 @@ use anyhow::{Result, bail};
 use super::calendar::Moment;
 use super::format;
 use super::preamble;
-use super::sheet::Sheet;
+use super::sheets::Sheet;
 use super::table::{self, ReadingTable};
+use super::target::Quantity;
 use super::words::Word;
+use join::JoinedRows;
 use mapping::Mapping;
 use plan::{Plan, plan};
 use record::Record;
 use repair::{MarkedValues, PhaseShift};
+use times::CompletedTimes;
 
 #[derive(Debug)]
 pub struct ImportResult {
@@ -49,6 +58,9 @@ pub struct ImportResult {
     pub sorted: bool,
     /// What days count from.
     pub start: Option<Moment>,
+    /// What was completed of the times, and which rows were joined.
+    pub times: CompletedTimes,
+    pub joined: JoinedRows,
 }
 
 /// Imports files; `of_rotor` are the probes that are wanted, of a rotor.
@@ -74,7 +86,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let mut machine: Option<(String, String)> = None;
     let mut rules = vec![false; mapping.column.len()];
     for path in files {
-        let sheets = format::sheets(path)?;
+        let sheets = format::sheets(path, table::score)?;
         let table = only_table(path, &sheets, mapping)?;
         if let Some(name) = preamble::stated(&table.above, Word::Machine) {
             let (first, of) = machine.get_or_insert((name.to_string(), table.sheet.place()));
@@ -83,8 +95,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
             }
         }
         for (rule, used) in mapping.column.iter().zip(&mut rules) {
-            let is = |c: &table::Header| rule.from == c.name || rule.from == (c.index + 1).to_string();
-            *used |= table.columns.iter().any(is);
+            *used |= table.columns.iter().any(|column| column.is(&rule.from));
         }
         let plan = plan(&table, of_rotor.map(<[String]>::to_vec), mapping)?;
         let run = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -94,10 +105,21 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     if let Some((rule, _)) = mapping.column.iter().zip(&rules).find(|(_, used)| !**used) {
         bail!("--column \"{}\": there is no column of that name or number", rule.from);
     }
+    if mapping.speed_rpm.is_some() && plans.iter().all(|(_, plan)| plan.column(Quantity::Speed).is_some()) {
+        bail!(
+            "{}: column `{}` is the speed, expected no --speed-rpm beside it, or --column \"NAME=left\"",
+            plans[0].0,
+            plans[0].1.column(Quantity::Speed).map_or("", |column| &column.header)
+        );
+    }
+    let places: Vec<String> = plans.iter().map(|(place, _)| place.clone()).collect();
+    let times = times::complete(&mut record, &places)?;
+    join::equal(&mut record);
+    let joined = join::staggered(&mut record);
     let Some(start) = record.samples.first().map(|sample| sample.when) else {
         bail!("{}: there is no reading below the header", plans[0].0);
     };
-    let lacking = (0..record.probes.len()).find(|p| !record.samples.iter().any(|s| s.held[*p]));
+    let lacking = (0..record.probes.len()).find(|p| !(0..record.samples.len()).any(|k| record.holds(k)[*p]));
     if let Some(p) = lacking {
         bail!("{}: there is no column of the rotor's probe {}", plans[0].0, record.probes[p]);
     }
@@ -109,7 +131,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     if !mapping.keep_outliers {
         marked.outliers = repair::mark_outliers(&mut record);
     }
-    Ok(ImportResult { plans, record, marked, turned: 0, runout_um: None, sorted, start })
+    Ok(ImportResult { plans, record, marked, turned: 0, runout_um: None, sorted, start, times, joined })
 }
 
 fn only_table<'a>(path: &Path, sheets: &'a [Sheet], mapping: &Mapping) -> Result<ReadingTable<'a>> {
@@ -148,15 +170,16 @@ fn in_order(
             Some(day) => days.push(day),
             None => bail!(
                 "{}: row {}: some times have a zone or a calendar and others not, expected one kind",
-                plans[sample.table].0,
+                plans[sample.table as usize].0,
                 sample.row
             ),
         }
     }
     let sorted = !days.is_sorted();
     if sorted {
-        let day = |when: Option<Moment>| when.and_then(|when| when.days_since(first)).unwrap_or(0.0);
-        record.samples.sort_by(|a, b| day(a.when).total_cmp(&day(b.when)));
+        let mut order: Vec<usize> = (0..days.len()).collect();
+        order.sort_by(|a, b| days[*a].total_cmp(&days[*b]));
+        record.keep(&order);
     }
     Ok((record.samples[0].when, sorted))
 }

@@ -1,19 +1,22 @@
 //! What is done with every column that is needed: its units complete, or asked for.
 
+use std::cell::OnceCell;
 use std::collections::HashSet;
 
 use anyhow::{Result, bail};
 
 use super::assign::{AssignedColumn, UnusedColumn, assign};
+use super::date_order::order_of_steps;
 use super::mapping::Mapping;
-use super::status::validities;
-use crate::ingest::calendar::{self, DateOrder};
+use super::status::Statuses;
+use super::survey::{largest_of, units_of_cells};
+use crate::ingest::calendar::{self, DateOrder, ParsedMoment};
 use crate::ingest::column_units::ColumnUnits;
 use crate::ingest::header::meaning;
-use crate::ingest::number::{self, Decimal, DecimalEvidence, number};
+use crate::ingest::number::{self, Decimal, DecimalEvidence};
 use crate::ingest::preamble::Preamble;
 use crate::ingest::probes::Probes;
-use crate::ingest::sheet::Cell;
+use crate::ingest::sheet::SheetRow;
 use crate::ingest::table::ReadingTable;
 use crate::ingest::target::{Quantity, Target};
 use crate::ingest::unit::{Angle, Detection, Sense, Sensitivity, SpeedUnit, Unit};
@@ -45,6 +48,8 @@ pub struct Plan {
     pub left: Vec<UnusedColumn>,
     pub decimal: Decimal,
     pub dates: Option<DateOrder>,
+    /// The order of dates, where the steps from row to row alone show it.
+    pub dates_by_steps: Option<DateOrder>,
     pub probes: Probes,
 }
 
@@ -66,23 +71,26 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
     whole(table, &assigned, &left, mapping)?;
     let decimal = mapping.decimal.map_or_else(|| decimal(table, &assigned), Ok)?;
     let above = Preamble::of(&table.above);
-    let (validities, mut left_statuses) = validities(table, &assigned)?;
-    left.append(&mut left_statuses);
+    let statuses = Statuses::of(table, &assigned, &mut left)?;
     left.sort_by_key(|l| l.number);
     let mut columns = Vec::new();
     let mut missing: Vec<(String, String)> = Vec::new();
+    let units = units_of_cells(table, &assigned, decimal);
+    let largest = OnceCell::new();
+    let is_left: HashSet<usize> = left.iter().map(|l| l.number).collect();
     for column in assigned {
-        if left.iter().any(|l| l.number == column.header.index + 1) {
+        if is_left.contains(&(column.header.index + 1)) {
             continue;
         }
-        let text = |row: &'_ crate::ingest::sheet::SheetRow| {
-            row.cell(column.header.index).as_text().map(str::to_string)
-        };
-        let first =
-            table.rows.iter().filter_map(text).find_map(|t| number(&t, decimal).map(|n| n.1.to_string()));
-        let cell_unit = first.unwrap_or_default();
+        let cell_unit = units[&column.header.index].clone().unwrap_or_default();
         let stated = column.target.stated.or(meaning(&cell_unit, |_| false).stated);
-        let largest = || largest(table, column.header.index, decimal);
+        let largest = || {
+            largest
+                .get_or_init(|| largest_of(table, decimal))
+                .get(column.header.index)
+                .copied()
+                .unwrap_or(0.0)
+        };
         let complete = complete(&column, stated, mapping, &above, largest);
         let Factor { stated, factor, derivative } = match complete {
             Ok(complete) => complete,
@@ -95,7 +103,7 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
             }
         };
         let target = Target { stated, ..column.target.clone() };
-        let statuses = validities.iter().filter(|v| v.is_of(&column)).map(|v| v.index).collect();
+        let statuses = statuses.of_column(&column);
         columns.push(Column {
             index: column.header.index,
             header: column.header.name,
@@ -110,8 +118,10 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
         let all: Vec<String> = missing.iter().map(|(column, what)| format!("{column} {what}")).collect();
         bail!("{place}: {}", all.join("; "));
     }
-    let dates = mapping.dates.or_else(|| date_order(table, &columns));
-    Ok(Plan { columns, left, decimal, dates, probes })
+    let (shown, dates_by_steps) =
+        if mapping.dates.is_some() { (None, None) } else { date_order(table, &columns) };
+    let dates = mapping.dates.or(shown).or(dates_by_steps);
+    Ok(Plan { columns, left, decimal, dates, dates_by_steps, probes })
 }
 
 /// Whether there is a speed, and for each probe both parts of its vibration.
@@ -302,30 +312,32 @@ fn vibration_factor(
     Ok((sign * vibration.size * detection.zero_to_peak(), vibration.derivative))
 }
 
-fn largest(table: &ReadingTable, column: usize, decimal: Decimal) -> f64 {
-    let value = |row: &crate::ingest::sheet::SheetRow| match row.cell(column) {
-        Cell::Number(x) => Some(*x),
-        Cell::Text(text) => number(text, decimal).map(|(x, _)| x),
-        _ => None,
-    };
-    table.rows.iter().filter_map(value).map(f64::abs).fold(0.0, f64::max)
-}
-
 fn decimal(table: &ReadingTable, assigned: &[AssignedColumn]) -> Result<Decimal> {
     let numeric =
         |c: &&AssignedColumn| c.target.quantity.is_of_probe() || c.target.quantity == Quantity::Speed;
     let columns: Vec<usize> = assigned.iter().filter(numeric).map(|c| c.header.index).collect();
-    let texts = || table.rows.iter().flat_map(|row| columns.iter().filter_map(|c| row.cell(*c).as_text()));
+    let mut seen = number::Seen::default();
+    table
+        .rows
+        .for_each(|row| columns.iter().filter_map(|c| row.cell(*c).as_text()).for_each(|t| seen.add(t)));
+    let with = |signs: &'static [char]| {
+        let text = |row: &SheetRow| {
+            columns
+                .iter()
+                .filter_map(|c| row.cell(*c).as_text())
+                .find(|t| t.contains(signs))
+                .map(str::to_string)
+        };
+        table.rows.find_map(text)
+    };
     let place = table.sheet.place();
-    match number::shown(texts()) {
+    match seen.shows() {
         DecimalEvidence::Surely(decimal) => Ok(decimal),
-        DecimalEvidence::Either
-            if table.sheet.separator == Some(',') && !texts().any(|t| t.contains(',')) =>
-        {
+        DecimalEvidence::Either if table.sheet.separator == Some(',') && with(&[',']).is_none() => {
             Ok(Decimal::Point)
         }
         DecimalEvidence::Either => {
-            let example = texts().find(|t| t.contains([',', '.'])).unwrap_or_default();
+            let example = with(&[',', '.']).unwrap_or_default();
             bail!(
                 "{place}: \"{example}\" may be a decimal or thousands, expected --decimal comma or --decimal point"
             )
@@ -336,7 +348,19 @@ fn decimal(table: &ReadingTable, assigned: &[AssignedColumn]) -> Result<Decimal>
     }
 }
 
-fn date_order(table: &ReadingTable, columns: &[Column]) -> Option<DateOrder> {
-    let time = columns.iter().find(|c| c.target.quantity == Quantity::Time)?;
-    calendar::order_shown(table.rows.iter().filter_map(|row| row.cell(time.index).as_text()))
+/// The order that a date shows, else the one that the steps between dates show.
+fn date_order(table: &ReadingTable, columns: &[Column]) -> (Option<DateOrder>, Option<DateOrder>) {
+    let column = |quantity: Quantity| columns.iter().find(|c| c.target.quantity == quantity).map(|c| c.index);
+    let Some(time) = column(Quantity::Time) else { return (None, None) };
+    // of dates that have one reading by their form, a first one stands for all
+    let shown = |row: &SheetRow| {
+        let text = row.cell(time).as_text()?;
+        let is_plain = matches!(calendar::of_text(text, None), ParsedMoment::Moment(_));
+        let order = calendar::order_shown(text);
+        (is_plain || order.is_some()).then_some(order)
+    };
+    match table.rows.find_map(shown) {
+        Some(order) => (order, None),
+        None => (None, order_of_steps(table, time, column(Quantity::Clock))),
+    }
 }

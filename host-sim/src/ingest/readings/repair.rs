@@ -26,11 +26,12 @@ pub struct MarkedValues {
 pub fn mark_stale(record: &mut Record) -> usize {
     let mut marked = 0;
     for p in 0..record.probes.len() {
-        let values: Vec<Option<Complex<f64>>> = record.samples.iter().map(|s| s.probes[p]).collect();
+        let values: Vec<Option<Complex<f64>>> =
+            (0..record.samples.len()).map(|k| record.value(k, p)).collect();
         let mut from = 0;
         while let Some(stretch) = frozen(&values[from..]) {
-            for sample in &mut record.samples[from + stretch.start + 1..from + stretch.end] {
-                sample.probes[p] = None;
+            for k in from + stretch.start + 1..from + stretch.end {
+                record.set(k, p, None);
                 marked += 1;
             }
             from += stretch.end;
@@ -48,9 +49,8 @@ pub fn mark_outliers(record: &mut Record) -> usize {
             let [a, b] = [&record.samples[a], &record.samples[b]];
             a.run == b.run && (a.speed_rpm / b.speed_rpm - 1.0).abs() <= STEADY
         };
-        let seen: Vec<usize> =
-            (0..record.samples.len()).filter(|k| record.samples[*k].probes[p].is_some()).collect();
-        let value = |k: usize| record.samples[k].probes[p].unwrap_or_default();
+        let seen: Vec<usize> = (0..record.samples.len()).filter(|k| record.value(*k, p).is_some()).collect();
+        let value = |k: usize| record.value(k, p).unwrap_or_default();
         let mut steps: Vec<f64> = seen
             .windows(2)
             .filter(|w| steady(w[0], w[1]))
@@ -59,8 +59,8 @@ pub fn mark_outliers(record: &mut Record) -> usize {
         if steps.is_empty() {
             continue;
         }
-        steps.sort_by(f64::total_cmp);
-        let usual = steps[steps.len() / 2];
+        let middle = steps.len() / 2;
+        let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let is_far = |w: &&[usize]| {
             let [before, now, after] = [w[0], w[1], w[2]].map(value);
             let least = (UNUSUAL * usual).max(FAR * before.norm().max(after.norm()));
@@ -69,7 +69,7 @@ pub fn mark_outliers(record: &mut Record) -> usize {
         };
         let far: Vec<usize> = seen.windows(3).filter(is_far).map(|w| w[1]).collect();
         for k in far {
-            record.samples[k].probes[p] = None;
+            record.set(k, p, None);
             marked += 1;
         }
     }
@@ -115,8 +115,10 @@ impl PhaseShift {
     /// If the record's times and this date are not of one kind.
     pub fn take_off(&self, record: &mut Record) -> Result<usize> {
         let mut turned = 0;
-        for sample in &mut record.samples {
-            let Some(when) = sample.when else { bail!("--phase-shift: the readings have no time") };
+        for k in 0..record.samples.len() {
+            let Some(when) = record.samples[k].when else {
+                bail!("--phase-shift: the readings have no time")
+            };
             let after = match (when, self.from) {
                 // a date without a zone is one of the record's own zone
                 (Moment::Zoned(a), Moment::Local(b)) | (Moment::Local(a), Moment::Zoned(b)) => a >= b,
@@ -130,7 +132,9 @@ impl PhaseShift {
             };
             if after {
                 let back = Complex::from_polar(1.0, self.lag_rad);
-                sample.probes.iter_mut().flatten().for_each(|y| *y *= back);
+                for p in 0..record.probes.len() {
+                    record.set(k, p, record.value(k, p).map(|y| y * back));
+                }
                 turned += 1;
             }
         }

@@ -8,7 +8,7 @@ use rotor_edge_desktop::measurement::{Reading, less_runout};
 
 use super::gathered;
 use super::mapping::Mapping;
-use super::record::{Record, SourcedReading};
+use super::record::Record;
 
 /// Takes it off all other readings, and leaves its own out; the runout, µm.
 ///
@@ -27,24 +27,27 @@ pub fn take_off(
         let alone = gathered(&[path.to_path_buf()], of_rotor, &of_another_file(mapping))?.record;
         aligned(&alone, record, slow_roll)?
     } else {
-        let is_run = record.samples.iter().any(|s| s.run.as_deref() == Some(slow_roll));
-        let row = slow_roll.parse::<usize>().ok().filter(|_| !is_run);
-        let slow = |s: &SourcedReading| {
-            row.map_or(s.run.as_deref() == Some(slow_roll), |row| s.table == 0 && s.row == row)
+        let is_run = record.runs.iter().any(|run| run == slow_roll);
+        let row = slow_roll.parse::<u32>().ok().filter(|_| !is_run);
+        let slow = |k: &usize| {
+            let sample = &record.samples[*k];
+            row.map_or(record.run(*k) == Some(slow_roll), |row| sample.table == 0 && sample.row == row)
         };
-        let (rolls, rest) = std::mem::take(&mut record.samples).into_iter().partition(slow);
-        record.samples = rest;
+        let (rolls, rest): (Vec<usize>, Vec<usize>) = (0..record.samples.len()).partition(slow);
+        let rolls = rolls.into_iter().map(|k| record.reading(k, None)).collect();
+        record.keep(&rest);
         rolls
     };
     if rolls.is_empty() {
         bail!("{place}: --slow-roll \"{slow_roll}\" is neither a run, nor a row with a reading, nor a file");
     }
-    let rolls: Vec<Reading> = rolls.iter().map(|s| s.reading(None)).collect();
-    let mut rest: Vec<Reading> = record.samples.iter().map(|s| s.reading(None)).collect();
+    let mut rest: Vec<Reading> = (0..record.samples.len()).map(|k| record.reading(k, None)).collect();
     let probes: Vec<&str> = record.probes.iter().map(String::as_str).collect();
     let runout_m = less_runout(&place, &probes, &rolls, &mut rest)?;
-    for (sample, less) in record.samples.iter_mut().zip(rest) {
-        sample.probes = less.probes.iter().map(|y| y.map(|y| y * 1e6)).collect();
+    for (k, less) in rest.into_iter().enumerate() {
+        for (p, y) in less.probes.into_iter().enumerate() {
+            record.set(k, p, y.map(|y| y * 1e6));
+        }
     }
     Ok(runout_m.into_iter().map(|y| y * 1e6).collect())
 }
@@ -61,7 +64,7 @@ fn of_another_file(mapping: &Mapping) -> Mapping {
 }
 
 /// Readings of another file with the probes in the order of the record.
-fn aligned(other: &Record, record: &Record, file: &str) -> Result<Vec<SourcedReading>> {
+fn aligned(other: &Record, record: &Record, file: &str) -> Result<Vec<Reading>> {
     let mut order = Vec::new();
     for name in &record.probes {
         match other.probes.iter().position(|p| p == name) {
@@ -69,9 +72,9 @@ fn aligned(other: &Record, record: &Record, file: &str) -> Result<Vec<SourcedRea
             None => bail!("{file}: slow roll: there is no reading of probe {name}, so its runout is unknown"),
         }
     }
-    let sample = |s: &SourcedReading| SourcedReading {
-        probes: order.iter().map(|at| s.probes[*at]).collect(),
-        ..s.clone()
+    let reading = |k: usize| {
+        let reading = other.reading(k, None);
+        Reading { probes: order.iter().map(|at| reading.probes[*at]).collect(), ..reading }
     };
-    Ok(other.samples.iter().map(sample).collect())
+    Ok((0..other.samples.len()).map(reading).collect())
 }

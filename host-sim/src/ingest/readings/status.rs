@@ -1,8 +1,11 @@
 //! Columns that say whether the values of other columns are valid.
 
+use std::collections::{HashMap, HashSet};
+
 use anyhow::{Result, bail};
 
 use super::assign::{AssignedColumn, UnusedColumn};
+use crate::ingest::header::Header;
 use crate::ingest::number::is_lost;
 use crate::ingest::preamble::base;
 use crate::ingest::table::ReadingTable;
@@ -27,27 +30,6 @@ const INVALID: [&str; 12] = [
     "schlecht",
 ];
 
-/// A column of states, and the column that they are of.
-pub struct Validity {
-    /// Place in the row, from 0.
-    pub index: usize,
-    /// Letters of the other column's name; nothing if the states are of the whole row.
-    of: String,
-}
-
-impl Validity {
-    pub fn is_of(&self, column: &AssignedColumn) -> bool {
-        let quantity = column.target.quantity;
-        let is_value = quantity.is_vibration() || quantity == Quantity::Speed;
-        is_value
-            && if self.of.is_empty() {
-                quantity != Quantity::Speed
-            } else {
-                base(&column.header.name) == self.of
-            }
-    }
-}
-
 /// What a state says; nothing if it says neither.
 pub fn is_valid(state: &str) -> Option<bool> {
     let state = state.trim().to_lowercase();
@@ -61,49 +43,124 @@ pub fn is_valid(state: &str) -> Option<bool> {
     }
 }
 
-/// The columns of states that are of other columns, and those of which nothing is known.
-///
-/// # Errors
-/// One sentence with the column and the state if some of its states mean invalid and another one is unknown.
-pub fn validities(
-    table: &ReadingTable,
-    assigned: &[AssignedColumn],
-) -> Result<(Vec<Validity>, Vec<UnusedColumn>)> {
-    let (mut all, mut left) = (Vec::new(), Vec::new());
-    for column in assigned.iter().filter(|c| c.target.quantity == Quantity::Status) {
-        let header = &column.header;
-        let of = NAMES.iter().fold(base(&header.name), |name, word| name.replace(word, ""));
-        let validity = Validity { index: header.index, of };
-        let mut leave = |why: &str| {
-            left.push(UnusedColumn {
-                number: header.index + 1,
-                header: header.name.clone(),
-                why: why.into(),
-            });
-        };
-        if !assigned.iter().any(|c| validity.is_of(c)) {
-            leave("the status of no column here");
-            continue;
-        }
-        let (mut invalid, mut unknown) = (false, None);
-        for row in table.rows {
-            let Some(state) = row.cell(header.index).state() else { continue };
-            match is_valid(&state) {
-                Some(valid) => invalid |= !valid,
-                None => unknown = unknown.or(Some((row.number, state))),
+/// The columns of states, by the letters of the name of the column that they are of; no letters are the whole row.
+#[derive(Default)]
+pub struct Statuses(HashMap<String, Vec<usize>>);
+
+impl Statuses {
+    /// Those of a table; states of which nothing is known are left.
+    ///
+    /// # Errors
+    /// One sentence with the column and the state if some of its states mean invalid and another one is unknown.
+    pub fn of(
+        table: &ReadingTable,
+        assigned: &[AssignedColumn],
+        left: &mut Vec<UnusedColumn>,
+    ) -> Result<Self> {
+        let mut all = Self::default();
+        let values = assigned.iter().filter(|c| is_value(c)).map(|c| base(&c.header.name));
+        let values: HashSet<String> = values.chain([String::new()]).collect();
+        let headers: Vec<&Header> = assigned
+            .iter()
+            .filter(|c| c.target.quantity == Quantity::Status)
+            .map(|column| &column.header)
+            .collect();
+        let states = States::of(table, &headers);
+        for (header, states) in headers.into_iter().zip(states) {
+            let of = NAMES.iter().fold(base(&header.name), |name, word| name.replace(word, ""));
+            let why = match () {
+                () if !values.contains(&of) => Some("the status of no column here"),
+                () if !states.say_validity(table, header)? => Some("its states do not say what is valid"),
+                () => None,
+            };
+            match why {
+                Some(why) => left.push(UnusedColumn {
+                    number: header.index + 1,
+                    header: header.name.clone(),
+                    why: why.into(),
+                }),
+                None => all.0.entry(of).or_default().push(header.index),
             }
         }
-        match unknown {
-            Some((row, state)) if invalid => bail!(
+        Ok(all)
+    }
+
+    /// Columns that say whether the values of a column are valid.
+    pub fn of_column(&self, column: &AssignedColumn) -> Vec<usize> {
+        if !is_value(column) || self.0.is_empty() {
+            return Vec::new();
+        }
+        let own = self.0.get(&base(&column.header.name));
+        let of_row = self.0.get("").filter(|_| column.target.quantity != Quantity::Speed);
+        own.into_iter().chain(of_row).flatten().copied().collect()
+    }
+}
+
+fn is_value(column: &AssignedColumn) -> bool {
+    column.target.quantity.is_vibration() || column.target.quantity == Quantity::Speed
+}
+
+/// The states of a column.
+#[derive(Clone, Default)]
+struct States {
+    /// Whether one means invalid.
+    invalid: bool,
+    /// The first that says nothing, and its row.
+    unknown: Option<(usize, String)>,
+}
+
+impl States {
+    /// Of columns, in one pass through the rows.
+    fn of(table: &ReadingTable, headers: &[&Header]) -> Vec<Self> {
+        let mut all = vec![Self::default(); headers.len()];
+        if headers.is_empty() {
+            return all;
+        }
+        table.rows.for_each(|row| {
+            for (states, header) in all.iter_mut().zip(headers) {
+                let Some(state) = row.cell(header.index).state() else { continue };
+                match is_valid(&state) {
+                    Some(valid) => states.invalid |= !valid,
+                    None if states.unknown.is_none() => states.unknown = Some((row.number, state)),
+                    None => (),
+                }
+            }
+        });
+        all
+    }
+
+    /// Whether every state is known to be valid or not.
+    fn say_validity(&self, table: &ReadingTable, header: &Header) -> Result<bool> {
+        match &self.unknown {
+            Some((row, state)) if self.invalid => bail!(
                 "{}: row {row}, column {} `{}`: \"{state}\" is neither valid nor invalid, expected one of these, or --column \"{}=left\"",
                 table.sheet.place(),
                 header.index + 1,
                 header.name,
                 header.name,
             ),
-            Some(_) => leave("its states do not say what is valid"),
-            None => all.push(validity),
+            unknown => Ok(unknown.is_none()),
         }
     }
-    Ok((all, left))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_are_valid_or_not_or_say_neither() {
+        for (state, valid) in [
+            ("Valid", Some(true)),
+            ("GOOD", Some(true)),
+            ("Alert", Some(true)),
+            ("Invalid", Some(false)),
+            ("Invalid: machine off", Some(false)),
+            ("Not valid", Some(false)),
+            ("Bad Input", Some(false)),
+            ("running", None),
+        ] {
+            assert_eq!(is_valid(state), valid, "{state}");
+        }
+    }
 }

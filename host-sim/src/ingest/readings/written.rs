@@ -1,39 +1,82 @@
 //! The readings as `measured.csv`, with everything that made them in its header comment.
 
 use std::fmt::Write;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use rayon::prelude::*;
 use rotor_edge_desktop::measurement::{self, Reading};
 
 use super::ImportResult;
 use super::mapping::{MARK, Mapping};
-use super::record::SourcedReading;
+use super::record::Record;
 use crate::ingest::calendar::Moment;
 use crate::ingest::target::{Rule, Target};
 
 /// Before the moment from which a record's days count, in its header comment.
 pub const COUNTS_FROM: &str = "time_d counts from ";
 
-impl SourcedReading {
-    /// As a reading, with days since `start`.
-    pub fn reading(&self, start: Option<Moment>) -> Reading {
-        let gaps = self.gaps_v.iter().any(Option::is_some);
+/// Readings that are written at once.
+const BLOCK: usize = 1 << 14;
+/// Bytes of a line, and of a probe in it, roughly.
+const LINE_BYTES: usize = 40;
+const PROBE_BYTES: usize = 36;
+
+impl Record {
+    /// A reading with days since `start`.
+    pub fn reading(&self, at: usize, start: Option<Moment>) -> Reading {
+        let sample = &self.samples[at];
         Reading {
             row: None,
-            run: self.run.clone(),
-            time_d: self.when.zip(start).and_then(|(when, start)| when.days_since(start)),
-            speed_rpm: self.speed_rpm,
-            probes: self.probes.iter().map(|y| y.map(|y| y * 1e-6)).collect(),
-            gaps_v: if gaps { self.gaps_v.clone() } else { Vec::new() },
+            run: self.run(at).map(str::to_string),
+            time_d: sample.when.zip(start).and_then(|(when, start)| when.days_since(start)),
+            speed_rpm: sample.speed_rpm,
+            probes: self.values(at).into_iter().map(|y| y.map(|y| y * 1e-6)).collect(),
+            gaps_v: self.gaps(at),
         }
+    }
+
+    /// Some readings as lines of `measured.csv`, and the header above them. Every block has the columns of the whole.
+    fn block(&self, readings: Range<usize>, start: Option<Moment>) -> Result<Vec<u8>> {
+        let reading = |at: usize| {
+            let mut reading = self.reading(at, start);
+            if !self.runs.is_empty() {
+                reading.run.get_or_insert_default();
+            }
+            reading
+        };
+        let readings: Vec<Reading> = readings.map(reading).collect();
+        let mut block = Vec::new();
+        measurement::write_exactly(&mut block, &self.probes, &readings)?;
+        Ok(block)
+    }
+
+    /// All readings as lines of `measured.csv`, behind what is there.
+    fn write(&self, file: &mut Vec<u8>, start: Option<Moment>) -> Result<()> {
+        let readings = self.samples.len();
+        // a file that grows stands in memory twice
+        file.reserve(readings * (LINE_BYTES + PROBE_BYTES * self.probes.len()));
+        let blocks: Vec<Range<usize>> =
+            (0..readings).step_by(BLOCK).map(|from| from..(from + BLOCK).min(readings)).collect();
+        // as many at once as there are processors, since all of them together would stand in memory twice
+        for some in blocks.chunks(rayon::current_num_threads()) {
+            let written: Vec<Result<Vec<u8>>> =
+                some.par_iter().map(|block| self.block(block.clone(), start)).collect();
+            for (block, range) in written.into_iter().zip(some) {
+                let block = block?;
+                let header = block.iter().position(|b| *b == b'\n').map_or(0, |end| end + 1);
+                file.extend(&block[if range.start == 0 { 0 } else { header }..]);
+            }
+        }
+        Ok(())
     }
 }
 
 impl ImportResult {
     /// Readings of single probes that are lost, for whatever reason.
     pub fn lost(&self) -> usize {
-        self.record.samples.iter().flat_map(|s| &s.probes).filter(|y| y.is_none()).count()
+        self.record.lost()
     }
 
     /// The mapping with everything that was recognised written out.
@@ -88,8 +131,7 @@ impl ImportResult {
             writeln!(head, "{}", format!("# {line}").trim_end())?;
         }
         let mut file = head.into_bytes();
-        let readings: Vec<Reading> = self.record.samples.iter().map(|s| s.reading(self.start)).collect();
-        measurement::write_exactly(&mut file, &self.record.probes, &readings)?;
+        self.record.write(&mut file, self.start)?;
         Ok(file)
     }
 }
