@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use crate::ingest::unit::Unit;
 use crate::ingest::waveform::settings::Settings;
 use crate::ingest::waveform::sweep::RateCompensation;
 use crate::ingest::waveform::vectors::{DriftedWindows, Loss};
@@ -36,6 +37,12 @@ pub struct ExtractedFileAnswer {
     pub losses: Vec<LossAnswer>,
     pub drifted: Option<DriftedAnswer>,
     pub compensated: Option<CompensatedAnswer>,
+    /// Why the speed may be another, in sentences.
+    pub doubts: Vec<String>,
+    #[serde(skip)]
+    pub unit: Unit,
+    #[serde(skip)]
+    pub revolutions: u16,
     /// The slowest and the fastest reading.
     #[serde(skip)]
     pub range_rpm: [f64; 2],
@@ -48,6 +55,18 @@ pub struct ExtractedKeyphasor {
     /// Where the channel was passed, in its unit.
     pub threshold: f64,
     pub missed_pulses: usize,
+    /// Teeth of a wheel that are missing in every turn; t = 0 is then at the pulse after the gap.
+    pub missing_teeth: usize,
+    /// Marks that were left out: they came between two turns, or within the hold-off.
+    pub extra_marks: usize,
+    /// Marks that did not come and were put in between those beside them.
+    pub filled_marks: usize,
+    /// Whether a curve was laid through marks that are known to one sample only.
+    pub smoothed: bool,
+    #[serde(skip)]
+    pub is_after_gap: bool,
+    /// Samples of a turn, where these follow the shaft's angle and there is no keyphasor.
+    pub samples_per_turn: Option<usize>,
     /// From when on nobody knows which pulse of a tacho is which.
     pub reference_lost_s: Option<f64>,
 }
@@ -128,15 +147,24 @@ impl ExtractedFileAnswer {
             keyphasor: ExtractedKeyphasor {
                 channel: channel.clone(),
                 threshold: *threshold,
-                missed_pulses: of.missed_pulses,
-                reference_lost_s: of.reference_lost_s,
+                samples_per_turn: of.marks.samples_a_turn,
+                missed_pulses: of.marks.missed_pulses,
+                missing_teeth: of.marks.missing_teeth,
+                extra_marks: of.marks.extra,
+                filled_marks: of.marks.filled,
+                smoothed: of.marks.is_smoothed,
+                is_after_gap: of.marks.is_after_gap,
+                reference_lost_s: of.marks.reference_lost_s,
             },
             channels: of.probes.iter().map(ExtractedChannel::from).collect(),
             count: of.count,
             readings: of.readings.len(),
             losses: of.losses.iter().map(LossAnswer::from).collect(),
             drifted: of.drifted.map(|drifted| DriftedAnswer::of(&drifted, settings)),
+            doubts: of.doubts.clone(),
             compensated: of.compensated.map(CompensatedAnswer::from),
+            unit: of.unit,
+            revolutions: of.revolutions,
             range_rpm: [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)],
         }
     }

@@ -5,6 +5,7 @@
 //! | `format` | a format a file: bytes in, `sheets` of cells or the `samples` of channels out |
 //! | `encoding`, `number`, `calendar` | characters, numbers and moments as exports write them |
 //! | `table` | where in a sheet the header and the rows are |
+//! | `sampling_preamble` | what stands above samples: rate, turns, unit |
 //! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
 //! | `words`, `phrases`, `header`, `probes` | what a column's header says: quantity, unit, probe |
 //! | `preamble`, `sensitivity` | what the lines above a table state |
@@ -25,6 +26,7 @@ mod probes;
 pub mod readings;
 mod sampled;
 mod samples;
+mod sampling_preamble;
 mod sensitivity;
 mod sheet;
 mod sheets;

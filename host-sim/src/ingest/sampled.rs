@@ -12,6 +12,7 @@ use super::format::{self, Content, Text};
 use super::header::{ChannelRole, Header, channel_role};
 use super::number::{Decimal, sample};
 use super::samples::{SampleColumn, Samples, Waveform};
+use super::sampling_preamble::{SamplingPreamble, move_increment};
 use super::sheet::{Cell, SheetRow};
 use super::table;
 use super::unit::TimeUnit;
@@ -68,10 +69,14 @@ fn of_text(text: &Text) -> Result<Waveform> {
     let file = &text.file;
     let names = |separator: char, rows: &[SheetRow]| {
         let cells = |at: usize| rows.get(at).map_or(0, |row| row.cells.len());
-        (header_row(rows, decimal(separator)).map_or(0, cells), cells(0))
+        let mut moved = rows.to_vec();
+        move_increment(&mut moved);
+        let width = |at: usize| moved.get(at).map_or(0, |row| row.cells.len());
+        (header_row(&moved, decimal(separator)).map_or(0, width), cells(0))
     };
     let separator = text.separator([',', ';', '\t', '|'], names);
-    let first = text.first_rows(separator);
+    let mut first = text.first_rows(separator);
+    move_increment(&mut first);
     let decimal = decimal(separator);
     let found = header_row(&first, decimal);
     if found.is_none() {
@@ -115,6 +120,7 @@ struct SampledTable<'a> {
     columns: Vec<SampledColumn>,
     /// The first moment, where the times are moments.
     start: Option<Moment>,
+    preamble: SamplingPreamble,
 }
 
 struct SampledColumn {
@@ -130,7 +136,14 @@ impl<'a> SampledTable<'a> {
     /// The columns of a table whose header is row `at` of its first rows.
     fn of(place: &'a str, first: &[SheetRow], at: usize, decimal: Decimal) -> Self {
         if first.is_empty() {
-            return Self { place, decimal, above: 0, columns: Vec::new(), start: None };
+            return Self {
+                place,
+                decimal,
+                above: 0,
+                columns: Vec::new(),
+                start: None,
+                preamble: SamplingPreamble::default(),
+            };
         }
         let (headers, below) = table::headers(first, at);
         let samples = &first[at + 1 + below..];
@@ -148,7 +161,8 @@ impl<'a> SampledTable<'a> {
                 || cells.any(|cell| is_number(cell) || (time.is_some() && is_value(cell, decimal)));
             SampledColumn { header, time, is_read, values: Vec::new() }
         });
-        Self { place, decimal, above: first[at + below].number, columns: columns.collect(), start: None }
+        let (above, columns) = (first[at + below].number, columns.collect());
+        Self { place, decimal, above, columns, start: None, preamble: SamplingPreamble::of(&first[..at]) }
     }
 
     fn push_text(&mut self, row: usize, record: &ByteRecord) -> Result<()> {
@@ -207,14 +221,37 @@ impl<'a> SampledTable<'a> {
     }
 
     fn waveform(self) -> Waveform {
+        let along = self.preamble.along.clone().unwrap_or_default();
         let columns = self.columns.into_iter().filter(|column| column.is_read).map(|column| SampleColumn {
             number: column.header.index + 1,
+            unit: match column.header.unit {
+                none if none.is_empty() && is_along(&column.header.name) => along.clone(),
+                unit => unit,
+            },
             header: column.header.name,
-            unit: column.header.unit,
             samples: Samples::Values(column.values),
         });
-        Waveform::of_columns(self.place, None, columns.collect())
+        let mut waveform = Waveform::of_columns(self.place, None, columns.collect());
+        let SamplingPreamble { rate_hz, unit, point, .. } = &self.preamble;
+        if waveform.rate_hz.is_none() && waveform.uneven.is_none() {
+            waveform.rate_hz = *rate_hz;
+        }
+        let mut vibrating: Vec<_> = waveform.channels.iter_mut().filter(|c| c.may_vibrate()).collect();
+        for channel in &mut vibrating {
+            channel.unit = channel.unit.or(*unit);
+        }
+        if let ([only], Some(point)) = (&mut vibrating[..], point) {
+            only.name.clone_from(point);
+        }
+        waveform.preamble = self.preamble;
+        waveform
     }
+}
+
+/// Whether a column without a unit has that of the horizontal axis.
+fn is_along(header: &str) -> bool {
+    let lower = header.to_lowercase();
+    ["x", "x-axis", "x axis", "x-axis value", "time", "x_value"].contains(&lower.as_str())
 }
 
 /// A moment as a text writes it; between samples, the order of day and month does not matter.

@@ -2,7 +2,8 @@
 
 use anyhow::{Result, bail};
 
-use super::header::{ChannelRole, channel_role};
+use super::header::{ChannelRole, channel_role, meaning};
+use super::sampling_preamble::SamplingPreamble;
 use super::unit::{TimeUnit, Unit};
 
 /// A step of time may be this much longer or shorter than the mean, relative; a lost row is a step twice as long.
@@ -17,9 +18,21 @@ pub struct Waveform {
     pub rate_hz: Option<f64>,
     /// Why the times of the file give no rate.
     pub uneven: Option<String>,
-    /// Whether its numbers are counts of a 16-bit converter, with fractions where it resolves more.
-    pub is_of_counts: bool,
+    pub scale: Scale,
     pub channels: Vec<Channel>,
+    /// What the file states above its samples.
+    pub preamble: SamplingPreamble,
+}
+
+/// What the numbers of a file are parts of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Numbers in a unit.
+    Unit,
+    /// Counts of a 16-bit converter, with fractions where it resolves more.
+    Counts,
+    /// Numbers in a unit, or fractions of a full scale of 1: floats of a WAV are either.
+    Fraction,
 }
 
 #[derive(Debug, Clone)]
@@ -34,7 +47,16 @@ pub struct Channel {
     pub unit: Option<Unit>,
     /// Whether it holds the speed, which no probe shows.
     pub is_speed: bool,
+    /// The step from each sample to the next, where all are alike: a time or the samples' numbers, and no vibration.
+    pub ramp: Option<f64>,
     pub samples: Samples,
+}
+
+impl Channel {
+    /// Whether it may be a probe's: no speed, and no ramp.
+    pub fn may_vibrate(&self) -> bool {
+        !self.is_speed && self.ramp.is_none()
+    }
 }
 
 /// A column of a file with one number a sample.
@@ -88,7 +110,8 @@ impl Waveform {
     pub fn numbered(file: &str, rate_hz: Option<f64>, columns: impl IntoIterator<Item = Samples>) -> Self {
         let channel = |(i, samples): (usize, Samples)| {
             let name = (i + 1).to_string();
-            Channel { number: i + 1, header: name.clone(), name, unit: None, is_speed: false, samples }
+            let ramp = ramp(&samples);
+            Channel { number: i + 1, header: name.clone(), name, unit: None, is_speed: false, ramp, samples }
         };
         let channels: Vec<Channel> = columns.into_iter().enumerate().map(channel).collect();
         Self { rate_hz, ..Self::of_channels(file, channels) }
@@ -96,10 +119,17 @@ impl Waveform {
 
     /// Columns by their headers: the time gives the rate unless the file states it, the others are channels.
     pub fn of_columns(file: &str, rate_hz: Option<f64>, columns: Vec<SampleColumn>) -> Self {
-        let role = |column: SampleColumn| (channel_role(&column.header, &column.unit), column);
+        let role = |column: SampleColumn| {
+            let role = channel_role(&column.header, &column.unit);
+            let ramp = ramp(&column.samples);
+            match (&role, ramp, time_unit(&column)) {
+                (ChannelRole::Signal { .. }, Some(_), Some(unit)) => (ChannelRole::Time(unit), ramp, column),
+                _ => (role, ramp, column),
+            }
+        };
         let mut channels: Vec<Channel> = Vec::new();
         let mut time: Option<(Option<TimeUnit>, SampleColumn)> = None;
-        for (role, column) in columns.into_iter().map(role) {
+        for (role, ramp, column) in columns.into_iter().map(role) {
             let (name, unit, is_speed) = match role {
                 ChannelRole::Time(unit) => {
                     // of several times, the first that states its unit
@@ -112,7 +142,7 @@ impl Waveform {
                 ChannelRole::Signal { name, unit } => (name, unit, false),
             };
             let SampleColumn { number, header, samples, .. } = column;
-            channels.push(Channel { number, header, name, unit, is_speed, samples });
+            channels.push(Channel { number, header, name, unit, is_speed, ramp, samples });
         }
         let names: Vec<String> = channels.iter().map(|c| c.name.to_lowercase()).collect();
         for (i, channel) in channels.iter_mut().enumerate() {
@@ -121,7 +151,10 @@ impl Waveform {
                 channel.name.clone_from(&channel.header);
             }
         }
-        let rate = time.filter(|_| rate_hz.is_none()).map(|(unit, times)| {
+        let length = channels.first().map_or(0, |c| c.samples.len());
+        // times of another length are those of something else
+        let time = time.filter(|(_, times)| rate_hz.is_none() && times.samples.len() == length);
+        let rate = time.map(|(unit, times)| {
             let unit_s = unit.map_or(1.0, TimeUnit::seconds);
             let times_s: Vec<f64> = (0..times.samples.len()).map(|n| unit_s * times.samples.at(n)).collect();
             rate(file, &times.header, &times_s)
@@ -135,8 +168,10 @@ impl Waveform {
     }
 
     fn of_channels(file: &str, channels: Vec<Channel>) -> Self {
-        let is_of_counts = channels.iter().any(|c| matches!(c.samples, Samples::Counts(_)));
-        Self { file: file.into(), rate_hz: None, uneven: None, is_of_counts, channels }
+        let of_counts = channels.iter().any(|c| matches!(c.samples, Samples::Counts(_)));
+        let scale = if of_counts { Scale::Counts } else { Scale::Unit };
+        let preamble = SamplingPreamble::default();
+        Self { file: file.into(), rate_hz: None, uneven: None, scale, channels, preamble }
     }
 
     /// # Errors
@@ -191,18 +226,112 @@ impl Waveform {
     }
 }
 
+/// What time columns are called where no word of a header says so.
+const TIMES: [&str; 9] = ["t", "x", "x-axis", "elapsed", "seconds", "tsec", "tvec", "timevec", "xvalue"];
+/// Fewer samples are no ramp.
+const SHORTEST_RAMP: usize = 8;
+
+/// The unit that a column would have as a time, if its header states one or is called as times are.
+fn time_unit(column: &SampleColumn) -> Option<Option<TimeUnit>> {
+    let stated = meaning(&format!("{} {}", column.header, column.unit), |_| false).stated.time;
+    let name = column.header.to_lowercase();
+    let words = || name.split(|c: char| !(c.is_alphanumeric() || c == '-')).filter(|word| !word.is_empty());
+    let is_called = words().any(|word| word.starts_with("time") || word.ends_with("time"))
+        || words().next().is_some_and(|word| TIMES.contains(&word));
+    // numbers of samples are called x too
+    let is_numbers = stated.is_none() && ramp(&column.samples) == Some(1.0);
+    // another unit, such as degrees, is none of time
+    let is_bare = column.unit.is_empty();
+    (stated.is_some() || (is_called && is_bare && !is_numbers)).then_some(stated)
+}
+
+/// The step of numbers that rise evenly from the first to the last.
+fn ramp(samples: &Samples) -> Option<f64> {
+    let last = samples.len().checked_sub(1).filter(|last| *last + 1 >= SHORTEST_RAMP)?;
+    let step = (samples.at(last) - samples.at(0)) / last as f64;
+    let is_on_line = |n: usize| (samples.at(n) - samples.at(0) - step * n as f64).abs() <= step;
+    (step > 0.0 && (1..last).all(|n| samples.at(n) >= samples.at(n - 1) && is_on_line(n))).then_some(step)
+}
+
 /// Samples a second of evenly spaced times, or a sentence with the first uneven step.
 fn rate(file: &str, column: &str, times_s: &[f64]) -> Result<f64, String> {
     let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else { return Ok(f64::NAN) };
     let mean_s = (last - first) / (times_s.len() - 1) as f64;
+    if is_rounded(times_s, mean_s) {
+        return Ok(1.0 / mean_s);
+    }
     let is_even = |step: f64| ((step / mean_s) - 1.0).abs() <= LARGEST_JITTER;
     match times_s.windows(2).position(|pair| !is_even(pair[1] - pair[0])) {
         Some(i) => Err(format!(
-            "{file}: sample {}, column {column}: goes from {} to {}, expected steps of {mean_s:.6e} s",
+            "{file}: sample {}, column {column}: goes from {} to {}, expected steps of {mean_s:.6e} s, or --rate-hz if the \
+             samples are even",
             i + 2,
             times_s[i],
             times_s[i + 1]
         )),
         None => Ok(1.0 / mean_s),
+    }
+}
+
+/// Whether times repeat because they are written with too few digits: each is within a digit of an even one.
+fn is_rounded(times_s: &[f64], mean_s: f64) -> bool {
+    let steps = || times_s.windows(2).map(|pair| pair[1] - pair[0]);
+    let Some(digit) = steps().filter(|step| *step > 0.0).reduce(f64::min) else { return false };
+    let is_near = |(n, time): (usize, &f64)| (time - times_s[0] - mean_s * n as f64).abs() <= 1.01 * digit;
+    steps().all(|step| step >= 0.0)
+        && steps().any(|step| step == 0.0)
+        && times_s.iter().enumerate().all(is_near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(header: &str, value: impl Fn(f64) -> f64) -> SampleColumn {
+        let samples = Samples::Values((0..100).map(|n| value(f64::from(n))).collect());
+        SampleColumn { number: 1, header: header.into(), unit: String::new(), samples }
+    }
+
+    #[test]
+    fn ramp_with_name_or_unit_of_time_is_time() {
+        for (header, step, rate_hz) in [
+            ("Time since start (s)", 1e-3, 1000.0),
+            ("t [ms]", 0.5, 2000.0),
+            ("t_s", 1e-3, 1000.0),
+            ("elapsed", 1e-3, 1000.0),
+            ("timestamps", 1e-3, 1000.0),
+            ("X (s)", 1e-3, 1000.0),
+        ] {
+            let columns = vec![column(header, |n| 5.0 + step * n), column("PX", f64::sin)];
+            let waveform = Waveform::of_columns("a.mat", None, columns);
+            assert_eq!(waveform.names(), "PX", "{header}");
+            assert!((waveform.rate_hz.unwrap() / rate_hz - 1.0).abs() < 1e-9, "{header}");
+        }
+    }
+
+    #[test]
+    fn ramp_without_name_stays_and_may_not_vibrate() {
+        let columns = vec![column("A", |n| 1e-3 * n), column("index", |n| n), column("t", f64::sin)];
+        let waveform = Waveform::of_columns("a.mat", None, columns);
+        let may: Vec<bool> = waveform.channels.iter().map(Channel::may_vibrate).collect();
+        assert_eq!((waveform.names().as_str(), &may[..]), ("A, index", &[false, false][..]));
+    }
+
+    #[test]
+    fn repeated_times_of_few_digits_give_mean_rate() {
+        let rounded = |n: f64| (n * 3.90625e-5 * 1e4).floor() / 1e4;
+        let waveform =
+            Waveform::of_columns("a.csv", None, vec![column("time_s", rounded), column("PX", f64::sin)]);
+        assert!((waveform.rate_hz.unwrap() / 25_600.0 - 1.0).abs() < 0.03);
+        let lost = |n: f64| rounded(if n > 50.0 { n + 40.0 } else { n });
+        let waveform =
+            Waveform::of_columns("a.csv", None, vec![column("time_s", lost), column("PX", f64::sin)]);
+        assert!(waveform.uneven.unwrap().contains("--rate-hz"));
+    }
+
+    #[test]
+    fn times_of_another_length_give_no_rate() {
+        let ends = SampleColumn { samples: Samples::Values(vec![0.0, 3.0]), ..column("t", |n| n) };
+        assert_eq!(Waveform::of_columns("a.mat", None, vec![ends, column("PX", f64::sin)]).rate_hz, None);
     }
 }

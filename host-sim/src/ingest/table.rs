@@ -16,6 +16,8 @@ use super::target::Quantity;
 const DEEPEST: usize = 200;
 /// Rows of a header above the one with most of the names.
 const MOST_UPPER: usize = 3;
+/// Rows below a header of samples that must be samples; one alone may be a line of a preamble.
+const FEWEST_SAMPLES: usize = 3;
 
 /// A table of a sheet.
 #[derive(Debug, Clone)]
@@ -226,14 +228,32 @@ fn width(row: &SheetRow) -> usize {
 /// The row of names directly above rows of samples, with the rows of units between them; `is_value` is what a sample or its
 /// time may be.
 pub fn above_samples(rows: &[SheetRow], is_value: impl Fn(&Cell) -> bool) -> Option<usize> {
-    let filled = |row: &SheetRow| row.cells.iter().filter(|c| !c.is_empty()).count();
-    let values = |row: &SheetRow| row.cells.iter().filter(|c| is_value(c)).count();
-    rows.iter().enumerate().position(|(at, row)| {
-        let below = rows[at + 1..].iter().take_while(|row| is_unit_row(row)).count();
-        let first = rows.get(at + 1 + below);
-        let is_sample = |first: &SheetRow| 2 * values(first) > filled(first) && width(first) <= width(row);
-        filled(row) > 0 && values(row) == 0 && first.is_some_and(is_sample)
-    })
+    struct Row {
+        filled: usize,
+        width: usize,
+        values: usize,
+        is_units: bool,
+    }
+    let count = |row: &SheetRow| Row {
+        filled: row.cells.iter().filter(|c| !c.is_empty()).count(),
+        width: row.cells.iter().rposition(|c| !c.is_empty()).map_or(0, |last| last + 1),
+        values: row.cells.iter().filter(|c| is_value(c)).count(),
+        is_units: is_unit_row(row),
+    };
+    let rows: Vec<Row> = rows.iter().map(count).collect();
+    let is_header = |at: usize, samples: usize| {
+        let row = &rows[at];
+        let below = rows[at + 1..].iter().take_while(|row| row.is_units).count();
+        let mut first = rows[at + 1 + below..].iter().take(samples).peekable();
+        // above units, a number is the name of a channel
+        let may_name = row.filled > 0 && (row.values == 0 || (below > 0 && row.values < row.filled));
+        let has_samples = first.peek().is_some();
+        may_name
+            && has_samples
+            && first.all(|row_of| 2 * row_of.values > row_of.filled && row_of.width <= row.width)
+    };
+    let first = |samples: usize| (0..rows.len()).find(|at| is_header(*at, samples));
+    first(FEWEST_SAMPLES).or_else(|| first(1))
 }
 
 /// Columns of a row that say what they are, if they are of a table of vibration.

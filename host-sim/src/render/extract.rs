@@ -1,6 +1,6 @@
 //! Text of an answer of `extract`.
 
-use crate::answers::extract::{ExtractedFileAnswer, ExtractionAnswer};
+use crate::answers::extract::{ExtractedFileAnswer, ExtractedKeyphasor, ExtractionAnswer};
 use crate::ingest::waveform::settings::Settings;
 
 /// The whole answer on a terminal.
@@ -21,7 +21,7 @@ fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
     let probes: Vec<String> =
         answer.channels.iter().map(|c| format!("{} is {}", c.probe, c.channel)).collect();
     let way = if settings.keyphasor.falling { "falls" } else { "rises" };
-    let unit = if settings.unit.is_voltage() { "mV" } else { "of the unit" };
+    let unit = if answer.unit.is_voltage() { "mV" } else { "of the unit" };
     let run = answer.run.as_ref().map_or(String::new(), |run| format!(", run {run}"));
     let mut lines = vec![
         format!("extracted from {file}{run}"),
@@ -29,16 +29,21 @@ fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
             "{} readings from {lowest:.1} to {highest:.1} rpm, {duration_s:.3} s at {rate_hz} Hz",
             answer.readings
         ),
-        format!(
-            "t = 0 where channel {} {way} through {:.6}; probe {}",
-            keyphasor.channel,
-            keyphasor.threshold,
-            probes.join(", ")
-        ),
+        match keyphasor.samples_per_turn {
+            Some(samples) => {
+                format!("t = 0 at the first of every {samples} samples, a turn; probe {}", probes.join(", "))
+            }
+            None => format!(
+                "t = 0 where channel {} {way} through {:.6}; probe {}",
+                keyphasor.channel,
+                keyphasor.threshold,
+                probes.join(", ")
+            ),
+        },
         format!(
             "windows of {} turns; a count of the core's converter is {:.6} {unit}",
-            settings.revolutions,
-            answer.count * settings.unit.mv()
+            answer.revolutions,
+            answer.count * answer.unit.mv()
         ),
     ];
     let inverted: Vec<&str> =
@@ -49,18 +54,7 @@ fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
             inverted.join(", ")
         ));
     }
-    if settings.keyphasor.pulses > 1 {
-        lines.push(format!(
-            "{} pulses a turn, the first of the file at t = 0: phases of two files cannot be compared",
-            settings.keyphasor.pulses
-        ));
-    }
-    if keyphasor.missed_pulses > 0 {
-        lines.push(format!("{} pulses of the tacho did not come", keyphasor.missed_pulses));
-    }
-    if let Some(at_s) = keyphasor.reference_lost_s {
-        lines.push(format!("at {at_s:.3} s the tacho had paused for a turn: phases are unknown from there on, and no reading was taken"));
-    }
+    lines.extend(of_marks(keyphasor, settings));
     if let Some(done) = &answer.compensated {
         lines.push(format!(
             "{} of {} bins are as if their speed had been held; the largest change is {:.3} µm 0-pk at {:.0} rpm",
@@ -73,7 +67,34 @@ fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
             lines.push(format!("{} bins stay as measured: too few readings around them; fewer --revolutions or a larger --bin-rpm give more", done.left));
         }
     }
+    lines.extend(answer.doubts.iter().map(|doubt| format!("doubtful: {doubt}")));
     lines.extend(answer.losses.iter().map(|loss| format!("lost: {}", loss.words)));
     lines.extend(answer.drifted.iter().map(|drifted| drifted.advice.clone()));
+    lines
+}
+
+/// What was made of the keyphasor's pulses.
+fn of_marks(keyphasor: &ExtractedKeyphasor, settings: &Settings) -> Vec<String> {
+    let mut lines = Vec::new();
+    if let Some(pulses) = settings.keyphasor.pulses.filter(|pulses| *pulses > 1) {
+        lines.push(match keyphasor.is_after_gap {
+            true => format!("{pulses} pulses a turn, the first after the gap at t = 0"),
+            false => format!(
+                "{pulses} pulses a turn, the first of the file at t = 0: phases of two files cannot be compared"
+            ),
+        });
+    }
+    let told = [
+        (keyphasor.missing_teeth, "teeth are missing in every turn"),
+        (keyphasor.missed_pulses, "pulses of the tacho did not come"),
+        (keyphasor.extra_marks, "marks came again within a turn and were left out"),
+        (keyphasor.filled_marks, "marks did not come and were put in between their neighbours"),
+    ];
+    lines.extend(
+        told.iter().filter(|(number, _)| *number > 0).map(|(number, what)| format!("{number} {what}")),
+    );
+    if let Some(at_s) = keyphasor.reference_lost_s {
+        lines.push(format!("at {at_s:.3} s the tacho had paused for a turn: phases are unknown from there on, and no reading was taken"));
+    }
     lines
 }

@@ -16,6 +16,16 @@ class ExtractedKeyphasor(Record):
     threshold: float
     """Where the channel was passed, in its unit."""
     missed_pulses: int
+    missing_teeth: int
+    """Teeth of a wheel that are missing in every turn; t = 0 is then at the pulse after the gap."""
+    extra_marks: int
+    """Marks that were left out: they came between two turns, or within the hold-off."""
+    filled_marks: int
+    """Marks that did not come and were put in between those beside them."""
+    smoothed: bool
+    """Whether a curve was laid through marks that are known to one sample only."""
+    samples_per_turn: int | None
+    """Samples of a turn, where these follow the shaft's angle and there is no keyphasor."""
     reference_lost_s: float | None
     """From when on nobody knows which pulse of a tacho is which."""
 
@@ -75,6 +85,8 @@ class ExtractedFile(Record):
     losses: tuple[Loss, ...]
     drifted: Drifted | None
     compensated: Compensated | None
+    doubts: tuple[str, ...]
+    """Why the speed may be another, in sentences."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

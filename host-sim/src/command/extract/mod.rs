@@ -23,7 +23,7 @@ use crate::terminal;
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Samples of probes and keyphasor: .csv (a header, a row a sample, `time_s` or --rate-hz), .wav, .npy, .npz, .mat; of
+    /// Samples of probes and keyphasor: .csv or .lvm (a header, a row a sample, times or --rate-hz), .wav, .npy, .npz, .mat; of
     /// several files, each is a run, and begins when the one before it ended
     #[arg(required = true)]
     waveforms: Vec<PathBuf>,

@@ -1,11 +1,63 @@
 //! Arrays of a file as channels, whatever wrote them.
 
-use anyhow::{Result, bail};
+use std::io::Read;
+
+use anyhow::{Context, Result, bail};
 
 use super::super::samples::{SampleColumn, Samples, Waveform};
 
-/// What the single number is called that is the rate.
-const RATES: [&str; 2] = ["rate_hz", "fs"];
+/// What the single number is called that is the rate, Hz, or the time between two samples, s.
+const RATES: [&str; 10] = [
+    "rate_hz",
+    "fs",
+    "fs_hz",
+    "sr",
+    "rate",
+    "sample_rate",
+    "samplerate",
+    "sampling_rate",
+    "sampling_frequency",
+    "samplingrate",
+];
+const INTERVALS: [&str; 7] =
+    ["dt", "ts", "tinterval", "delta_t", "sample_interval", "x_increment", "increment"];
+
+/// Bytes that a compressed file may unpack to, at least and as a multiple of its own; samples of machines shrink to no
+/// thirtieth.
+const LEAST_LIMIT: u64 = 64 << 20;
+const MOST_RATIO: u64 = 32;
+
+/// How much may still be unpacked of a file.
+pub struct UnpackedLimit {
+    left: u64,
+    all: u64,
+}
+
+impl UnpackedLimit {
+    pub fn of(packed_bytes: usize) -> Self {
+        let all = LEAST_LIMIT.max(MOST_RATIO * packed_bytes as u64);
+        Self { left: all, all }
+    }
+
+    /// All bytes of an entry.
+    ///
+    /// # Errors
+    /// If there are too many, or they cannot be unpacked.
+    pub fn read(&mut self, place: &str, entry: impl Read) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let read = entry.take(self.left + 1).read_to_end(&mut bytes);
+        let read = read.with_context(|| format!("{place}: cannot be unpacked"))? as u64;
+        let Some(left) = self.left.checked_sub(read) else {
+            bail!(
+                "{place}: unpacks to more than {} MB, expected at most {MOST_RATIO} times the size of the file; save it \
+                 without compression",
+                self.all >> 20
+            );
+        };
+        self.left = left;
+        Ok(bytes)
+    }
+}
 
 /// The numbers of an array in the order of the file.
 pub struct Array {
@@ -18,7 +70,10 @@ pub struct Array {
 
 impl Array {
     /// The channels: its longer side is time.
-    pub fn columns(&self) -> Vec<Samples> {
+    pub fn columns(self) -> Vec<Samples> {
+        if [self.rows, self.width].contains(&1) && self.all.len() > 0 {
+            return vec![self.all];
+        }
         let [samples, channels] = [self.rows.max(self.width), self.rows.min(self.width)];
         let is_channel_by_channel = self.is_by_rows == (self.rows < self.width);
         let [from, step] = if is_channel_by_channel { [samples, 1] } else { [1, channels] };
@@ -35,12 +90,12 @@ fn picked<T: Copy>(all: &[T], from: usize, step: usize, number: usize) -> Vec<T>
 }
 
 /// One array without a name.
-pub fn of_one(file: &str, array: &Array) -> Waveform {
+pub fn of_one(file: &str, array: Array) -> Waveform {
     Waveform::numbered(file, None, array.columns())
 }
 
 /// Arrays with names; a column of one that has several is `name.1`, `name.2` and so on. A single number is no channel; one
-/// called `rate_hz` or `fs` is the rate.
+/// that is called as rates or intervals are is the rate.
 pub fn of_named(file: &str, arrays: Vec<(String, Array)>) -> Result<Waveform> {
     let (mut all, mut rate_hz): (Vec<SampleColumn>, _) = (Vec::new(), None);
     for (name, array) in arrays {
@@ -48,8 +103,13 @@ pub fn of_named(file: &str, arrays: Vec<(String, Array)>) -> Result<Waveform> {
         if let [single] = &columns[..]
             && single.len() == 1
         {
-            let is_rate = RATES.contains(&name.to_lowercase().as_str());
-            rate_hz = is_rate.then(|| single.extremes()[0]).or(rate_hz);
+            let (called, number) = (name.to_lowercase(), single.at(0));
+            let stated = match () {
+                () if RATES.contains(&called.as_str()) => Some(number),
+                () if INTERVALS.contains(&called.as_str()) => Some(1.0 / number),
+                () => None,
+            };
+            rate_hz = stated.or(rate_hz);
             continue;
         }
         let several = columns.len() > 1;

@@ -1,11 +1,12 @@
 //! MATLAB's `.mat` of level 5, which versions 5 to 7.2 write, and later ones with `-v6` or `-v7`.
 
 use anyhow::{Context, Result, bail};
+use flate2::read::ZlibDecoder;
 use mat5::{Error, MatFile, Matrix, Values};
 
 use super::super::samples::Samples;
 use super::Content;
-use super::arrays::{Array, of_named};
+use super::arrays::{Array, UnpackedLimit, of_named};
 
 /// Text, version and byte order.
 const HEADER_BYTES: usize = 128;
@@ -29,10 +30,20 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
     let wrong = || format!("{file}: cannot be read as a MATLAB file");
     let (header, mut rest) = bytes.split_at(HEADER_BYTES);
     let mut arrays = Vec::new();
+    let mut limit = UnpackedLimit::of(bytes.len());
     while !rest.is_empty() {
         // one at a time, so that one of another kind costs itself alone
         let (element, others) = first_element(rest).with_context(wrong)?;
         rest = others;
+        let unpacked;
+        let element = match element.split_at(TAG_BYTES) {
+            (tag, packed) if tag[..4] == COMPRESSED.to_le_bytes() => {
+                unpacked = limit.read(&format!("{file}: an array"), ZlibDecoder::new(packed))?;
+                &unpacked
+            }
+            _ => element,
+        };
+        check(element).with_context(wrong)?;
         match MatFile::read_bytes(&[header, element].concat()) {
             Ok(read) => {
                 // without a name: what MATLAB keeps for itself
@@ -51,6 +62,22 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
         );
     }
     Ok(Content::Waveform(of_named(file, arrays)?))
+}
+
+/// Whether the parts of an array are as long as they say: the crate subtracts lengths without a look.
+fn check(element: &[u8]) -> Option<()> {
+    let word = |at: usize| Some(u32::from_le_bytes(element.get(at..at + 4)?.try_into().ok()?));
+    let mut at = TAG_BYTES;
+    while at + TAG_BYTES <= element.len() {
+        // a short part has its length beside its kind, and its bytes in the tag
+        let short = (word(at)? >> 16) as usize;
+        at = match short {
+            0 => at + TAG_BYTES + (word(at + 4)? as usize).next_multiple_of(8),
+            1..=4 => at + TAG_BYTES,
+            _ => return None,
+        };
+    }
+    Some(())
 }
 
 /// The first element with its tag, and what follows it.

@@ -36,8 +36,8 @@ struct Format {
 
 /// Text stands first; a workbook is any other archive.
 const FORMATS: [Format; 7] = [
-    Format { extensions: &["csv", "tsv", "txt"], is: |_| false, read: read_text },
-    Format { extensions: &["wav"], is: wav::is, read: wav::read },
+    Format { extensions: &["csv", "tsv", "txt", "lvm", "asc", "dat"], is: |_| false, read: read_text },
+    Format { extensions: &["wav", "rf64"], is: wav::is, read: wav::read },
     Format { extensions: &["npy"], is: numpy::is_array, read: numpy::read_array },
     Format { extensions: &["npz"], is: numpy::is_archive, read: numpy::read_archive },
     Format { extensions: &["mat"], is: matlab::is, read: matlab::read },

@@ -1,6 +1,6 @@
 //! NumPy: `.npy` with an array, `.npz` with several that are named.
 
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 use std::ops::Range;
 
 use anyhow::{Context, Result, bail};
@@ -9,14 +9,16 @@ use zip::ZipArchive;
 
 use super::super::samples::Samples;
 use super::Content;
-use super::arrays::{Array, of_named, of_one};
+use super::arrays::{Array, UnpackedLimit, of_named, of_one};
 
 /// Where an entry of a zip archive has the length of its name.
 const ENTRY_NAME_LENGTH: Range<usize> = 26..28;
 const ENTRY_NAME: usize = 30;
 
-/// Bytes in which the shape is looked for.
-const LONGEST_HEADER: usize = 4096;
+/// Magic number and version, before the length of the header.
+const BEFORE_LENGTH: usize = 8;
+/// Brackets within brackets in a header of numbers are two at most.
+const DEEPEST: usize = 8;
 
 /// Whether a file is an array.
 pub fn is_array(bytes: &[u8]) -> bool {
@@ -34,7 +36,7 @@ pub fn is_archive(bytes: &[u8]) -> bool {
 
 /// One array: samples of a channel, or channels beside one another.
 pub fn read_array(file: &str, bytes: &[u8]) -> Result<Content> {
-    Ok(Content::Waveform(of_one(file, &array(file, bytes)?)))
+    Ok(Content::Waveform(of_one(file, array(file, bytes)?)))
 }
 
 /// Several named arrays, one `.npy` file each.
@@ -42,14 +44,15 @@ pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Content> {
     let wrong = || format!("{file}: cannot be read as a NumPy archive");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).with_context(wrong)?;
     let mut arrays = Vec::new();
+    let mut limit = UnpackedLimit::of(bytes.len());
     for i in 0..archive.len() {
-        let mut entry = archive.by_index(i).with_context(wrong)?;
+        let entry = archive.by_index(i).with_context(wrong)?;
         let Some(name) = entry.name().with_context(wrong)?.strip_suffix(".npy").map(str::to_string) else {
             continue;
         };
-        let mut bytes = Vec::new();
-        entry.read_to_end(&mut bytes).with_context(wrong)?;
-        let numbers = array(&format!("{file}: array {name}"), &bytes)?;
+        let place = format!("{file}: array {name}");
+        let bytes = limit.read(&place, entry)?;
+        let numbers = array(&place, &bytes)?;
         arrays.push((name, numbers));
     }
     Ok(Content::Waveform(of_named(file, arrays)?))
@@ -57,9 +60,13 @@ pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Content> {
 
 fn array(place: &str, bytes: &[u8]) -> Result<Array> {
     let wrong = || format!("{place}: cannot be read as a NumPy array");
-    // the crate multiplies the sides without a look at what overflows
-    if stated_numbers(bytes).is_some_and(|numbers| numbers > bytes.len() as u128) {
-        bail!("{}: its shape says more numbers than there are bytes", wrong());
+    // the crate multiplies the sides without a look at what overflows, and takes a length as it is stated
+    match stated_numbers(bytes) {
+        None => bail!("{}: its header states no shape, expected one as NumPy writes it", wrong()),
+        Some(numbers) if numbers > bytes.len() as u128 => {
+            bail!("{}: its shape says more numbers than there are bytes", wrong())
+        }
+        Some(_) => {}
     }
     let array = NpyFile::new(bytes).with_context(wrong)?;
     let shape: Vec<usize> = array.shape().iter().map(|side| *side as usize).collect();
@@ -92,9 +99,23 @@ fn array(place: &str, bytes: &[u8]) -> Result<Array> {
 
 /// Numbers in an array by the shape in its header; nothing where the header cannot be read.
 fn stated_numbers(bytes: &[u8]) -> Option<u128> {
-    let start = &bytes[..bytes.len().min(LONGEST_HEADER)];
-    let text = String::from_utf8_lossy(start);
-    let (_, behind) = text.split_once("'shape'")?;
+    // one byte of the version says how many hold the length
+    let length_bytes = if bytes.get(6)? == &1 { 2 } else { 4 };
+    let from = BEFORE_LENGTH + length_bytes;
+    let length = bytes.get(BEFORE_LENGTH..from)?.iter().rev().fold(0, |n: usize, b| n << 8 | usize::from(*b));
+    let text = String::from_utf8_lossy(bytes.get(from..from.checked_add(length)?)?);
+    let mut depth = 0_usize;
+    for character in text.chars() {
+        match character {
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if depth > DEEPEST {
+            return None;
+        }
+    }
+    let behind = ["'shape'", "\"shape\""].iter().find_map(|key| Some(text.split_once(key)?.1))?;
     let (sides, _) = behind.split_once('(')?.1.split_once(')')?;
     let sides = sides.split(',').map(str::trim).filter(|side| !side.is_empty());
     sides
@@ -133,6 +154,36 @@ mod tests {
         bytes[at + beyond.len()..at + beyond.len() + tail.len()].copy_from_slice(&tail);
         let error = array("a.npy", &bytes).err().unwrap().to_string();
         assert!(error.contains("more numbers than there are bytes"), "{error}");
+    }
+
+    #[test]
+    fn headers_that_lie_are_refused_before_memory_is_taken() {
+        let sound = written(&[11], Order::C, &[0.0; 11]);
+        let mut long = sound.clone();
+        long[6] = 2;
+        long[8..12].copy_from_slice(&u32::MAX.to_le_bytes());
+        let mut without = sound.clone();
+        let at = without.windows(7).position(|w| w == b"'shape'").unwrap();
+        without[at + 1] = b'S';
+        let mut deep = sound;
+        let end = deep.iter().position(|b| *b == b'}').unwrap();
+        deep[end - 12..end].fill(b'(');
+        for bytes in [long, without, deep] {
+            let error = array("a.npy", &bytes).err().unwrap().to_string();
+            assert!(error.contains("a.npy: cannot be read as a NumPy array"), "{error}");
+        }
+    }
+
+    #[test]
+    fn archive_that_unpacks_to_far_more_is_refused() {
+        let bytes = written(&[12_000_000], Order::C, &vec![0.0; 12_000_000]);
+        let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        archive.start_file("PX.npy", zip::write::SimpleFileOptions::default()).unwrap();
+        std::io::Write::write_all(&mut archive, &bytes).unwrap();
+        let packed = archive.finish().unwrap().into_inner();
+        assert!(packed.len() < 1_000_000);
+        let error = read_archive("a.npz", &packed).err().unwrap().to_string();
+        assert!(error.contains("a.npz: array PX: unpacks to more than 64 MB"), "{error}");
     }
 
     #[test]

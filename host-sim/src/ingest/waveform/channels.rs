@@ -41,18 +41,21 @@ pub fn keyphasor<'a>(waveform: &'a Waveform, settings: &Settings) -> Result<&'a 
 /// If a probe has no channel, or a channel or a statement no probe.
 pub fn probes<'a>(
     waveform: &'a Waveform,
-    keyphasor: &Channel,
+    keyphasor: &Option<(usize, String)>,
     of_rotor: Option<&[String]>,
     settings: &Settings,
 ) -> Result<Vec<Assignment<'a>>> {
     let file = &waveform.file;
     let known = Probes { of_rotor: of_rotor.map(<[String]>::to_vec), ..Probes::default() };
     let stated = |probe: &str| settings.channel.iter().find(|assigned| assigned.probe == probe);
-    let others = || waveform.channels.iter().filter(|c| c.number != keyphasor.number);
+    let is_key = |channel: &Channel| keyphasor.as_ref().is_some_and(|(number, _)| channel.number == *number);
+    let time = settings.time.as_ref().and_then(|name| waveform.channel(name, "--time").ok());
+    let is_time = |channel: &Channel| time.is_some_and(|time| time.number == channel.number);
+    let others = || waveform.channels.iter().filter(|c| !is_key(c) && !is_time(c));
     let names: Vec<String> = match of_rotor {
         Some(names) => names.to_vec(),
         None if settings.channel.is_empty() => {
-            others().filter(|c| !c.is_speed).map(|c| c.name.clone()).collect()
+            others().filter(|c| c.may_vibrate()).map(|c| c.name.clone()).collect()
         }
         None => settings.channel.iter().map(|assigned| assigned.probe.clone()).collect(),
     };
@@ -65,7 +68,8 @@ pub fn probes<'a>(
     for probe in names {
         let channel = match stated(&probe) {
             Some(assigned) => waveform.channel(&assigned.channel, &format!("--channel {probe}"))?,
-            None => match others().find(|c| !c.is_speed && known.named(&c.name).as_ref() == Some(&probe)) {
+            None => match others().find(|c| c.may_vibrate() && known.named(&c.name).as_ref() == Some(&probe))
+            {
                 Some(channel) => channel,
                 None => bail!(
                     "{file}: no channel is named as the probe {probe}, expected --channel {probe}= with one of {}",
@@ -73,13 +77,13 @@ pub fn probes<'a>(
                 ),
             },
         };
-        if channel.number == keyphasor.number {
+        if is_key(channel) {
             bail!("{file}: channel {} is the keyphasor and cannot be the probe {probe}", channel.header);
         }
         if let Some(other) = all.iter().find(|other| other.channel.number == channel.number) {
             bail!("{file}: channel {} cannot be the probes {} and {probe}", channel.header, other.probe);
         }
-        if let Some(unit) = channel.unit.filter(|unit| settings.unit == Unit::Volt && *unit != Unit::Volt) {
+        if let Some(unit) = channel.unit.filter(|unit| settings.unit() == Unit::Volt && *unit != Unit::Volt) {
             bail!(
                 "{file}: channel {} is in {}, --unit is V, expected --unit with the unit of the channels",
                 channel.header,
@@ -90,13 +94,14 @@ pub fn probes<'a>(
         let of_all = || settings.mv_um.iter().rfind(|s| s.probe.is_none());
         let mv_um = match own.or_else(of_all) {
             Some(sensitivity) => sensitivity.mv_um,
-            None if settings.unit.is_voltage() => bail!("--mv-um: there is none for the probe {probe}"),
+            None if settings.unit().is_voltage() => bail!("--mv-um: there is none for the probe {probe}"),
             None => 1.0,
         };
         all.push(Assignment { probe, channel, mv_um });
     }
     if all.is_empty() {
-        bail!("{file}: there is no channel beside the keyphasor {}", keyphasor.header);
+        let key = keyphasor.as_ref().map_or("the times", |(_, name)| name);
+        bail!("{file}: there is no channel beside {key}, expected those of the probes");
     }
     Ok(all)
 }

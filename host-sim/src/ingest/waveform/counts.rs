@@ -25,10 +25,13 @@ pub struct ConvertedChannels<'a> {
 impl<'a> ConvertedChannels<'a> {
     /// Counts stay as they are; other numbers are rounded so that the lowest of all is −32000 and the highest 32000.
     pub fn of(channels: &[&'a Samples]) -> Self {
-        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
-        for [low, high] in channels.iter().map(|samples| samples.extremes()) {
-            (lowest, highest) = (lowest.min(low), highest.max(high));
-        }
+        let each = channels.iter().map(|samples| samples.extremes());
+        let widest = |[a, b]: [f64; 2], [low, high]: [f64; 2]| [a.min(low), b.max(high)];
+        Self::within(channels, each.fold([f64::INFINITY, f64::NEG_INFINITY], widest))
+    }
+
+    /// The same with these as the lowest and the highest of all; numbers beyond them are held near them.
+    pub fn within(channels: &[&'a Samples], [lowest, highest]: [f64; 2]) -> Self {
         let is_counts = channels.iter().all(|s| matches!(s, Samples::Counts(_)));
         let [step, zero] = match is_counts || lowest == highest {
             true => [1.0, 0.0],

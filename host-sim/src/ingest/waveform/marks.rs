@@ -1,39 +1,34 @@
-//! The keyphasor's marks in its channel, or those that a tacho's pulses make.
+//! The keyphasor's marks in its channel, one a turn.
 
 use anyhow::{Result, bail};
-use rotor_edge_core::extraction::KeyphasorDetector;
 
-use super::counts::ConvertedChannels;
+use super::mark::Mark;
+use super::pulses::{Pulses, pulses};
 use super::settings::KeyphasorSettings;
+use super::train::{UnequalMarks, held_off, repaired};
+use super::{smooth, wheel};
 use crate::ingest::samples::Channel;
 
-/// Pulses from whose intervals the first is judged.
-const FIRST_PULSES: usize = 9;
-
-/// A moment between two samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mark {
-    /// The sample after it.
-    pub sample: usize,
-    /// How long before that sample, in samples, 0 to 1.
-    pub age: f32,
-}
-
-impl Mark {
-    /// Samples since the first.
-    pub fn at(self) -> f64 {
-        self.sample as f64 - f64::from(self.age)
-    }
-}
-
 /// The marks of a recording, one a turn.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Marks {
     pub all: Vec<Mark>,
     /// Where the channel was passed, in its unit.
     pub threshold: f64,
+    /// Whether they were put on a curve, as the channel shows them to one sample only.
+    pub is_smoothed: bool,
     /// Pulses of a tacho that did not come.
     pub missed: usize,
+    /// Teeth of a wheel that are missing in every turn.
+    pub missing_teeth: usize,
+    /// Whether the marks are the pulses after a wheel's gap.
+    pub is_after_gap: bool,
+    /// Marks that came between two turns, or within the hold-off, and were left out.
+    pub extra: usize,
+    /// Marks that did not come and were put in between those beside them.
+    pub filled: usize,
+    /// Turns from a missing mark to the next, where these are equal.
+    pub gap_every: Option<usize>,
     /// The sample from which on it is not known which pulse of the turn is which.
     pub reference_lost: Option<usize>,
 }
@@ -41,86 +36,79 @@ pub struct Marks {
 /// Finds them; `unit_per_number` is what a number of the channel stands for.
 ///
 /// # Errors
-/// If there is none.
+/// If there is none, or if they repeat so that nobody knows which of them begins a turn.
 pub fn marks(
     file: &str,
     channel: &Channel,
     unit_per_number: f64,
     settings: &KeyphasorSettings,
 ) -> Result<Marks> {
-    let converted = ConvertedChannels::of(&[&channel.samples]);
-    let [low, high] = channel.samples.extremes().map(|number| number * unit_per_number);
-    let threshold = settings.threshold.unwrap_or(0.5 * (low + high));
-    let hysteresis = settings.hysteresis.unwrap_or(0.2 * (high - low));
-    let sign = if settings.falling { -1.0 } else { 1.0 };
-    let mut detector = KeyphasorDetector::new(
-        (sign * (threshold / unit_per_number - converted.zero) / converted.step).round() as i32,
-        (hysteresis / unit_per_number / converted.step).round().max(1.0) as i32,
-    );
-    let turned = |count: i16| if settings.falling { -i32::from(count) } else { count.into() };
-    let samples = converted.counts[0].iter().enumerate();
-    let pulses: Vec<Mark> = samples
-        .filter_map(|(sample, count)| detector.push(turned(*count)).map(|age| Mark { sample, age }))
+    let found = pulses(file, channel, unit_per_number, settings)?;
+    let place = format!("{file}: channel {}", channel.header);
+    let pulses = match settings.hold_off {
+        Some(part) => held_off(&found.all, part),
+        None => found.all.clone(),
+    };
+    let held = found.all.len() - pulses.len();
+    let mut marks = match settings.pulses.unwrap_or(1) {
+        1 => {
+            let repaired = repaired(&pulses);
+            if let Some(unequal) = &repaired.unequal {
+                refuse(&place, unequal, &found)?;
+            }
+            Marks {
+                all: repaired.marks,
+                extra: held + repaired.extra,
+                filled: repaired.filled,
+                gap_every: repaired.gap_every,
+                ..Marks::default()
+            }
+        }
+        stated => {
+            let turns = wheel::turns(&place, &pulses, stated as usize)?;
+            Marks {
+                all: turns.marks,
+                extra: held,
+                missed: turns.missed,
+                missing_teeth: turns.missing_teeth,
+                is_after_gap: turns.is_after_gap,
+                reference_lost: turns.reference_lost,
+                ..Marks::default()
+            }
+        }
+    };
+    if found.is_steep {
+        smooth::smooth(&mut marks.all);
+    }
+    Ok(Marks { threshold: found.threshold, is_smoothed: found.is_steep, ..marks })
+}
+
+/// The heights of pulses are in one or in two groups; two are so far apart, as a part of the way from the threshold.
+const TWO_HEIGHTS: f64 = 0.2;
+
+fn refuse(place: &str, unequal: &UnequalMarks, pulses: &Pulses) -> Result<()> {
+    let parts: Vec<String> = unequal.parts.iter().map(|part| format!("{:.0}°", 360.0 * part)).collect();
+    let number = parts.len();
+    // the median of each place in the turn
+    let mut heights: Vec<f64> = (0..number)
+        .map(|first| {
+            let mut of_place: Vec<f64> = pulses.heights.iter().skip(first).step_by(number).copied().collect();
+            of_place.sort_by(f64::total_cmp);
+            of_place[of_place.len() / 2]
+        })
         .collect();
-    if pulses.is_empty() {
-        let way = if settings.falling { "falls" } else { "rises" };
-        bail!(
-            "{file}: there is no keyphasor: channel {} stays between {low:.6} and {high:.6} and never {way} through \
-             {threshold:.6}, expected a mark a turn or another --threshold",
-            channel.header
-        );
-    }
-    Ok(match settings.pulses {
-        1 => Marks { all: pulses, threshold, missed: 0, reference_lost: None },
-        pulses_a_turn => of_tacho(&pulses, pulses_a_turn as usize, threshold),
-    })
-}
-
-/// Every so manieth pulse, the first included. A pulse that is missing is counted by the time that passes, and one too many
-/// is left out, so that the others keep their place in the turn; after a pause of a turn nobody knows it.
-fn of_tacho(pulses: &[Mark], pulses_a_turn: usize, threshold: f64) -> Marks {
-    let mut found = Marks { all: pulses[..1].to_vec(), threshold, missed: 0, reference_lost: None };
-    let mut first: Vec<f64> =
-        pulses.windows(2).take(FIRST_PULSES - 1).map(|pair| pair[1].at() - pair[0].at()).collect();
-    first.sort_by(f64::total_cmp);
-    let Some(mut interval) = first.get(first.len() / 2).copied() else { return found };
-    let (mut last, mut place) = (pulses[0], 0);
-    for pulse in &pulses[1..] {
-        let elapsed = pulse.at() - last.at();
-        let steps = (elapsed / interval).round() as usize;
-        if steps > pulses_a_turn {
-            found.reference_lost = Some(pulse.sample);
-            break;
+    let above = |height: &f64| (height - pulses.threshold).abs();
+    heights.sort_by(|a, b| above(a).total_cmp(&above(b)));
+    let [lower, higher] = [heights[number - 2], heights[number - 1]];
+    let remedy = match above(&higher) - above(&lower) > TWO_HEIGHTS * above(&higher) {
+        true => format!("--threshold {:.4} if only the highest is a mark", 0.5 * (lower + higher)),
+        false => {
+            let longest = unequal.parts.iter().copied().fold(0.0, f64::max);
+            format!("--hold-off {:.2} if only the first after the longest is a mark", 1.0 - 0.5 * longest)
         }
-        if steps == 0 {
-            continue;
-        }
-        found.missed += steps - 1;
-        interval = elapsed / steps as f64;
-        (last, place) = (*pulse, (place + steps) % pulses_a_turn);
-        if place == 0 {
-            found.all.push(*pulse);
-        }
-    }
-    found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn missing_and_extra_pulses_keep_others_and_pause_ends() {
-        let pulse = |at: usize| Mark { sample: at, age: 0.0 };
-        let mut at: Vec<usize> = (0..40).map(|k| 10 * k).collect();
-        at.retain(|at| *at != 70);
-        at.push(204);
-        at.extend([800, 810, 820]);
-        at.sort_unstable();
-        let pulses: Vec<Mark> = at.into_iter().map(pulse).collect();
-        let found = of_tacho(&pulses, 4, 0.0);
-        let marks: Vec<usize> = found.all.iter().map(|mark| mark.sample).collect();
-        assert_eq!(marks, [0, 40, 80, 120, 160, 200, 240, 280, 320, 360]);
-        assert_eq!((found.missed, found.reference_lost), (1, Some(800)));
-    }
+    };
+    bail!(
+        "{place}: gives {number} marks a turn, {} apart, expected --pulses {number}, or {remedy}",
+        parts.join(" and ")
+    )
 }

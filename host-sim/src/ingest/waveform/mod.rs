@@ -5,19 +5,31 @@
 //! | `settings` | what the owner states: channels, units, keyphasor, windows |
 //! | `channels` | which channel is which probe |
 //! | `counts` | numbers as counts of a 16-bit converter, and where they are clipped |
-//! | `marks` | the keyphasor's marks, or those of a tacho's pulses |
+//! | `reference` | where turns begin: by the keyphasor, or by samples that follow the shaft's angle |
+//! | `pulses` | where the keyphasor's channel passes its threshold |
+//! | `train`, `wheel` | what is too many and what is missing in once-a-turn marks, and in pulses of a wheel |
+//! | `smooth` | marks that are known to one sample |
+//! | `mark`, `marks` | the keyphasor's marks, one a turn |
 //! | `windows` | the core's [`Extractor`](rotor_edge_core::extraction::Extractor), four probes at a time |
 //! | `vectors` | its windows as readings, integrated and binned, and what was lost |
 //! | `sweep` | bins of a run-up as if each speed had been held |
+//! | `suborder` | a doubt whether there is one mark a turn |
 //! | `orders` | spectra by order, and 2x vectors |
 
 mod channels;
 mod counts;
+mod mark;
 mod marks;
 pub(crate) mod orders;
+mod pulses;
+mod reference;
 pub(crate) mod settings;
+mod smooth;
+mod suborder;
 pub(crate) mod sweep;
+mod train;
 pub(crate) mod vectors;
+mod wheel;
 mod windows;
 
 use std::path::{Path, PathBuf};
@@ -27,16 +39,14 @@ use rotor_edge_core::extraction::{Converter, ExtractionConfig};
 use rotor_edge_desktop::measurement::Reading;
 
 use super::sampled;
-use super::samples::Waveform;
+use super::unit::Unit;
 use channels::Assignment;
 use counts::ConvertedChannels;
 use orders::{AngularSamples, FEWEST_TURNS, Spectrum};
+use reference::Referenced;
 use settings::Settings;
 use sweep::RateCompensation;
 use vectors::{DriftedWindows, Loss, RecordingContext, losses};
-
-/// Counts of half a 16-bit converter's range.
-const HALF_RANGE: f64 = 32_768.0;
 
 #[derive(Debug)]
 pub struct ExtractedFile {
@@ -47,7 +57,11 @@ pub struct ExtractedFile {
     pub rate_hz: f64,
     /// Length of the recording, s.
     pub duration_s: f64,
-    /// The keyphasor's channel, and where it was passed, in its unit.
+    /// Unit of the probes' channels.
+    pub unit: Unit,
+    /// Turns in a window.
+    pub revolutions: u16,
+    /// The keyphasor's channel, and where it was passed, in its unit; no name where there is none.
     pub keyphasor: (String, f64),
     /// The probes in the order of the readings.
     pub probes: Vec<Probe>,
@@ -65,8 +79,29 @@ pub struct ExtractedFile {
     pub losses: Vec<Loss>,
     /// Those among them that are lost because the speed changed.
     pub drifted: Option<DriftedWindows>,
+    /// What was made of the keyphasor's pulses.
+    pub marks: MarksAccount,
+    /// Why the speed may be another, in sentences.
+    pub doubts: Vec<String>,
+}
+
+/// What was made of the keyphasor's pulses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MarksAccount {
+    /// Samples of a turn, where these follow the shaft's angle and there is no keyphasor.
+    pub samples_a_turn: Option<usize>,
     /// Pulses of a tacho that did not come.
     pub missed_pulses: usize,
+    /// Teeth of a wheel that are missing in every turn.
+    pub missing_teeth: usize,
+    /// Whether t = 0 is at the pulse after a wheel's gap.
+    pub is_after_gap: bool,
+    /// Marks that were left out: they came between two turns, or within the hold-off.
+    pub extra: usize,
+    /// Marks that did not come and were put in between those beside them.
+    pub filled: usize,
+    /// Whether a curve was laid through marks that are known to one sample only.
+    pub is_smoothed: bool,
     /// When it was no longer known which pulse of the turn is which, s.
     pub reference_lost_s: Option<f64>,
 }
@@ -130,16 +165,16 @@ fn of_file(
     beside: ExtraOutputs,
 ) -> Result<ExtractedFile> {
     let waveform = sampled::read(path)?;
-    let file = &waveform.file;
-    let rate_hz = rate_hz(&waveform, settings)?;
-    let unit_per_number = unit_per_number(&waveform, settings)?;
-    let key = channels::keyphasor(&waveform, settings)?;
-    let assigned = channels::probes(&waveform, key, of_rotor, settings)?;
-    let marks = marks::marks(file, key, unit_per_number, &settings.keyphasor)?;
+    let length = waveform.len();
+    let found = reference::referenced(waveform, settings)?;
+    let Referenced { waveform, settings, rate_hz, marks, .. } = &found;
+    let (file, rate_hz) = (&waveform.file, *rate_hz);
+    let unit_per_number = found.unit_per_number;
+    let assigned = channels::probes(waveform, &found.key, of_rotor, settings)?;
     let converted =
         ConvertedChannels::of_probes(&assigned.iter().map(|a| &a.channel.samples).collect::<Vec<_>>());
     let count = converted.step * unit_per_number;
-    let zero_mv = (converted.zero * unit_per_number * settings.unit.mv()) as f32;
+    let zero_mv = (converted.zero * unit_per_number * settings.unit().mv()) as f32;
     let config = extraction_config(settings, rate_hz, count, zero_mv);
     let mv_um: Vec<f32> = assigned.iter().map(|a| a.mv_um).collect();
     let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all)
@@ -147,15 +182,20 @@ fn of_file(
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
     let drifted = vectors::drifted(&windows);
+    let begins_s = begins_s - found.lead_s;
     let recorded =
         RecordingContext { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
     let each = vectors::readings(&windows, &recorded, settings);
     let (readings, compensated) = held_or_binned(each, settings);
     let seconds = |sample: usize| sample as f64 / rate_hz;
+    let turning = AngularSamples { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
+    let doubts = match &found.key {
+        Some((_, key)) => doubts(&format!("{file}: channel {key}"), &turning, marks.gap_every)?,
+        None => Vec::new(),
+    };
     if readings.is_empty() {
         refuse(file, marks.all.len(), &losses, drifted, settings)?;
     }
-    let turning = AngularSamples { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
     let two_x = match beside.two_x {
         true => {
             binned(vectors::readings_of(&windows, turning.two_x(&windows), &recorded, settings), settings)
@@ -167,8 +207,10 @@ fn of_file(
         file: file.clone(),
         run,
         rate_hz,
-        duration_s: seconds(waveform.len()),
-        keyphasor: (key.header.clone(), marks.threshold),
+        duration_s: seconds(length),
+        unit: settings.unit(),
+        revolutions: settings.revolutions,
+        keyphasor: (found.key.as_ref().map_or(String::new(), |(_, name)| name.clone()), marks.threshold),
         probes: assigned.iter().map(probe).collect(),
         count,
         readings,
@@ -177,9 +219,31 @@ fn of_file(
         compensated,
         losses,
         drifted,
-        missed_pulses: marks.missed,
-        reference_lost_s: marks.reference_lost.map(seconds),
+        doubts,
+        marks: MarksAccount {
+            samples_a_turn: found.samples_a_turn,
+            missed_pulses: marks.missed,
+            missing_teeth: marks.missing_teeth,
+            is_after_gap: marks.is_after_gap,
+            extra: marks.extra,
+            filled: marks.filled,
+            is_smoothed: marks.is_smoothed,
+            reference_lost_s: marks.reference_lost.map(seconds),
+        },
     })
+}
+
+/// Why there may be more than one mark a turn, unless the owner states how many there are.
+fn doubts(place: &str, turning: &AngularSamples, gap_every: Option<usize>) -> Result<Vec<String>> {
+    let stated = turning.settings.keyphasor.pulses;
+    match suborder::strongest(turning, gap_every).filter(|_| stated.is_none()) {
+        Some(found) if found.is_rather_1x() => {
+            bail!("{place}: {found}, expected --pulses {}, or --pulses 1 if there is one", found.marks)
+        }
+        found => {
+            Ok(found.iter().map(|found| format!("{found}: --pulses {} reads it so", found.marks)).collect())
+        }
+    }
 }
 
 /// Settings of the core's extraction for a recording; `count` is one count of the converter in the channels' unit.
@@ -189,7 +253,7 @@ fn extraction_config(settings: &Settings, rate_hz: f64, count: f64, zero_mv: f32
         converter: Converter {
             rails: [i16::MIN.into(), i16::MAX.into()],
             zero_count: 0.0,
-            mv_per_count: (count * settings.unit.mv()) as f32,
+            mv_per_count: (count * settings.unit().mv()) as f32,
         },
         gap_range_mv: settings.gap_range_mv().map(|mv| mv - zero_mv),
         revolutions: settings.revolutions,
@@ -222,33 +286,6 @@ fn probe(assigned: &Assignment) -> Probe {
         name: assigned.probe.clone(),
         channel: assigned.channel.header.clone(),
         mv_um: f64::from(assigned.mv_um),
-    }
-}
-
-fn rate_hz(waveform: &Waveform, settings: &Settings) -> Result<f64> {
-    let file = &waveform.file;
-    let rate_hz = settings.rate_hz.or(waveform.rate_hz);
-    let unknown = || match &waveform.uneven {
-        Some(uneven) => uneven.clone(),
-        None => format!("{file}: does not say its rate, expected --rate-hz"),
-    };
-    let rate_hz = rate_hz.with_context(unknown)?;
-    if !(rate_hz > 0.0 && rate_hz.is_finite()) {
-        bail!("{file}: has a rate of {rate_hz} Hz, expected a positive one or --rate-hz");
-    }
-    Ok(rate_hz)
-}
-
-/// What a number of the file stands for, in the unit.
-fn unit_per_number(waveform: &Waveform, settings: &Settings) -> Result<f64> {
-    let file = &waveform.file;
-    match (waveform.is_of_counts, settings.full_scale) {
-        (true, Some(full_scale)) => Ok(full_scale / HALF_RANGE),
-        (true, None) => {
-            bail!("{file}: holds counts, expected --full-scale with the value of 32768 counts")
-        }
-        (false, None) => Ok(1.0),
-        (false, Some(_)) => bail!("--full-scale: {file} holds numbers in their unit and no counts"),
     }
 }
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use rotor_edge_core::extraction::Outcome;
 
 use super::channels::Assignment;
-use super::marks::Mark;
+use super::mark::Mark;
 use super::settings::Settings;
 use super::windows::Window;
 
@@ -140,7 +140,7 @@ impl AngularSamples<'_> {
     ) -> Vec<Complex<f64>> {
         let turns = f64::from(self.settings.revolutions);
         let Assignment { channel, mv_um, .. } = &self.probes[probe];
-        let um_per_number = self.unit_per_number * self.settings.unit.mv() / f64::from(*mv_um);
+        let um_per_number = self.unit_per_number * self.settings.unit().mv() / f64::from(*mv_um);
         let mut means = vec![Complex::default(); lines.len()];
         let mean: f64 = samples.iter().map(|s| s.weight * channel.samples.at(s.number)).sum();
         for sample in samples {
@@ -157,7 +157,7 @@ impl AngularSamples<'_> {
             let speed_rpm = f64::from(window.speed_rpm) * line as f64 / turns;
             let integral = match line {
                 0 => None,
-                _ => self.settings.unit.integral(speed_rpm),
+                _ => self.settings.unit().integral(speed_rpm),
             };
             *mean *= integral.unwrap_or(Complex::new(1.0, 0.0)) * um_per_number;
         }

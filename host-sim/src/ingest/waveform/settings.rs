@@ -19,15 +19,18 @@ pub struct Settings {
     /// Sampling rate, Hz, if the file does not state it
     #[arg(long)]
     pub rate_hz: Option<f64>,
-    /// Unit of the probes' channels; accelerations and velocities are integrated at 1x
-    #[arg(long, default_value = "V", value_parser = Unit::of_channels())]
-    pub unit: Unit,
+    /// The channel of the times, by name or number, in s unless its name says another unit, where no name tells it
+    #[arg(long, value_name = "CHANNEL")]
+    pub time: Option<String>,
+    /// Unit of the probes' channels; accelerations and velocities are integrated at 1x [default: as the file states, else V]
+    #[arg(long, value_parser = Unit::of_channels())]
+    pub unit: Option<Unit>,
     /// Sensitivity of the probes, or of one, mV per µm that the shaft comes nearer: 7.87 (200 mV/mil) of an eddy-current
     /// probe, whose negative voltage rises then, as `sensitivity_v_mm` in the rotor's file; the angles of its probes are the
     /// directions to them
     #[arg(long, value_name = "[PROBE=]MV_UM", allow_hyphen_values = true)]
     pub mv_um: Vec<Sensitivity>,
-    /// Value of 32768 counts, in the unit; for WAV and integer arrays
+    /// Value of 32768 counts, or of 1.0 in a WAV of floats within ±1, in the unit; for WAV and integer arrays
     #[arg(long, value_name = "X")]
     pub full_scale: Option<f64>,
     /// The probes are AC coupled: there is no gap voltage
@@ -65,7 +68,7 @@ pub struct KeyphasorSettings {
     #[arg(long, value_name = "CHANNEL")]
     pub keyphasor: Option<String>,
     /// Threshold of the keyphasor's mark, in volts or the unit of the channel [default: half-way between its lowest
-    /// and highest]
+    /// and highest, without outliers]
     #[arg(long, allow_hyphen_values = true)]
     pub threshold: Option<f64>,
     /// Distance from the threshold that re-arms the keyphasor [default: a fifth of its range]
@@ -74,9 +77,16 @@ pub struct KeyphasorSettings {
     /// The mark is where the channel falls, as the voltage of a proximity probe does over a notch [default: where it rises]
     #[arg(long)]
     pub falling: bool,
-    /// Pulses in a turn, of a tacho; t = 0 is then at the first pulse of the file
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub pulses: u32,
+    /// Samples in a turn, where these follow the shaft's angle from the mark on and there is no keyphasor
+    #[arg(long, value_name = "N", conflicts_with_all = ["keyphasor", "pulses"], value_parser = clap::value_parser!(u32).range(8..))]
+    pub samples_per_turn: Option<u32>,
+    /// Pulses in a turn, of a tacho or a wheel, teeth that are missing counted or not; t = 0 is then at the first pulse of the
+    /// file, or at the pulse after the gap [default: 1, and half-order vibration is refused]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub pulses: Option<u32>,
+    /// After a mark, ignore others for this part of the time between two marks, 0 to 1, against double triggers: 0.3
+    #[arg(long, value_name = "PART")]
+    pub hold_off: Option<f64>,
 }
 
 /// `PROBE=CHANNEL`.
@@ -136,13 +146,11 @@ impl Settings {
                 bail!("{option}: expected a positive number");
             }
         }
-        if self.unit.is_voltage() == self.mv_um.is_empty() {
-            match self.unit.is_voltage() {
-                true => {
-                    bail!("the channels are voltages, expected --mv-um with the sensitivity of the probes")
-                }
-                false => bail!("--mv-um: the channels are no voltages, expected no sensitivity"),
-            }
+        if self.keyphasor.hold_off.is_some_and(|part| !(part > 0.0 && part < 1.0)) {
+            bail!("--hold-off: expected a part of the time between two marks, above 0 and below 1");
+        }
+        if self.unit.is_some() {
+            self.check_sensitivity()?;
         }
         let is_again = |i: usize| self.channel[..i].iter().any(|other| other.probe == self.channel[i].probe);
         if let Some(i) = (0..self.channel.len()).find(|i| is_again(*i)) {
@@ -155,6 +163,25 @@ impl Settings {
             );
         }
         Ok(())
+    }
+
+    /// Of the unit that is stated, or that a file states.
+    ///
+    /// # Errors
+    /// If there is a sensitivity and no voltage, or a voltage and no sensitivity.
+    pub fn check_sensitivity(&self) -> Result<()> {
+        match (self.unit().is_voltage(), self.mv_um.is_empty()) {
+            (true, true) => {
+                bail!("the channels are voltages, expected --mv-um with the sensitivity of the probes")
+            }
+            (false, false) => bail!("--mv-um: the channels are no voltages, expected no sensitivity"),
+            _ => Ok(()),
+        }
+    }
+
+    /// Unit of the probes' channels.
+    pub fn unit(&self) -> Unit {
+        self.unit.unwrap_or(Unit::Volt)
     }
 
     /// The name of each file's run.
@@ -179,7 +206,7 @@ impl Settings {
 
     /// Whether the mean of a channel is a gap voltage.
     pub fn has_gap(&self) -> bool {
-        self.unit.is_voltage() && !self.ac
+        self.unit().is_voltage() && !self.ac
     }
 
     fn gap_range_v(&self) -> [f64; 2] {

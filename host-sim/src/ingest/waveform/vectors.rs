@@ -165,7 +165,7 @@ fn shown<'a>(
 fn displacement_m(seen: &ProbeWindow, speed_rpm: f64, settings: &Settings) -> Option<Complex<f64>> {
     let vector = Some(seen.vector).filter(|v| v.is_finite())?;
     let phasor = Complex::new(f64::from(vector.cos_um), -f64::from(vector.sin_um));
-    let um = settings.unit.integral(speed_rpm).map_or(phasor, |integral| phasor * integral);
+    let um = settings.unit().integral(speed_rpm).map_or(phasor, |integral| phasor * integral);
     Some(um * 1e-6)
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rotor_edge_core::extraction::{Extraction, ExtractionConfig, ExtractionError, Extractor, Outcome};
 use rotor_edge_core::reading::ProbeVector;
 
-use super::marks::Mark;
+use super::mark::Mark;
 
 /// Probes of an extractor; as many work side by side as there are groups.
 const PROBES: usize = 4;

@@ -145,3 +145,108 @@ fn wav_of_24_bits_and_floats_equals_csv_within_resolution() {
         }
     }
 }
+
+#[test]
+fn preambles_of_other_systems_give_what_the_bare_csv_gives() {
+    let folder = Folder::new();
+    let recording = Recording { seconds: 0.3, ..Recording::default() };
+    let known = run(&folder, &folder.write("a.csv", recording.csv()), &DC).1;
+    let text = recording.csv();
+    let row = |line: &str| line.split(',').map(str::to_string).collect::<Vec<_>>();
+    let rows: Vec<Vec<String>> = text.lines().skip(1).map(row).collect();
+    let body = |separator: &str, time: &dyn Fn(usize) -> String| -> String {
+        let line = |(n, row): (usize, &Vec<String>)| [&[time(n)], &row[1..]].concat().join(separator) + "\n";
+        rows.iter().enumerate().map(line).collect()
+    };
+    let seconds = |n: usize| rows[n][0].clone();
+    let none = |_: usize| String::new();
+    let number = |n: usize| n.to_string();
+    let ms = |n: usize| (0.05 * n as f64).to_string();
+    let key = ["--keyphasor", "kph"];
+    for (name, head, separator, time, key) in [
+        (
+            "keysight.csv",
+            "x-axis,1,2,3,4,5\nsecond,Volt,Volt,Volt,Volt,Volt\n",
+            ",",
+            &seconds as &dyn Fn(usize) -> String,
+            ["--keyphasor", "5"],
+        ),
+        ("pico.csv", "Time,A,B,C,D,kph\n(ms),(V),(V),(V),(V),(V)\n\n", ",", &ms, key),
+        (
+            "tek.csv",
+            "Model,MSO24\nHorizontal Units,s\nSample Interval,5.0E-5\nProbe Attenuation,1,1\n,,\nLabel,,\nTIME,A,B,C,D,kph\n",
+            ",",
+            &seconds,
+            key,
+        ),
+        (
+            "rigol.csv",
+            "X,A,B,C,D,kph,Start,Increment\nSequence,Volt,Volt,Volt,Volt,Volt,0.0,5.0e-05\n",
+            ",",
+            &number,
+            key,
+        ),
+        (
+            "a.lvm",
+            "LabVIEW Measurement\t\nX_Columns\tNo\n***End_of_Header***\t\nChannels\t2\nX_Dimension\tTime\tTime\n\
+             X0\t0.0\t0.0\nDelta_X\t0.00005\t0.00005\n***End_of_Header***\t\t\nX_Value\tA\tB\tC\tD\tkph\tComment\n",
+            "\t",
+            &none,
+            key,
+        ),
+    ] {
+        let file = folder.write(name, format!("{head}{}", body(separator, time)));
+        let (answer, readings) = run(&folder, &file, &[&DC[..], &key].concat());
+        assert!((answer["files"][0]["rate_hz"].as_f64().unwrap() / 20_000.0 - 1.0).abs() < 1e-6, "{name}");
+        assert_eq!(answer["files"][0]["channels"].as_array().unwrap().len(), 4, "{name}: {answer}");
+        for (reading, known) in readings.iter().zip(&known) {
+            assert!((reading.probes[2].unwrap() - known.probes[2].unwrap()).norm() < 1e-11, "{name}");
+        }
+        assert_eq!(readings.len(), known.len(), "{name}");
+    }
+}
+
+#[test]
+fn synchronous_samples_need_no_keyphasor() {
+    let folder = Folder::new();
+    let turn = |k: u32| TAU * f64::from(k) / 64.0;
+    let phase = 140_f64.to_radians();
+    let um = |k: u32| 10.5 * (turn(k) - phase).cos() + 2.0 * (2.0 * turn(k)).cos() - 3.0;
+    let body: String =
+        (0..512).map(|k| format!("{:.4},{:.6}\n", f64::from(k) * 12.0 / 64.0, um(k))).collect();
+    let head = "Point Name,31VT-4101X\nNumber of Revs,8\nX-Axis Unit,ms\nY-Axis Unit,µm\nSample Speed, 5000 rpm\n\
+                Variable,Disp Wf(64X/8revs)\nX-Axis Value,Y-Axis Value\n";
+    let stated = folder.write("a.csv", format!("{head}{body}"));
+    let bare = folder.write("bare.csv", format!("time_ms,31VT-4101X\n{body}"));
+    let options = ["--unit", "um", "--samples-per-turn", "64"];
+    for (file, options) in [(stated, &[][..]), (bare, &options)] {
+        let (answer, readings) = run(&folder, &file, options);
+        assert_eq!((readings.len(), &answer["lost"]), (1, &0.into()), "{answer}");
+        assert_eq!(answer["files"][0]["channels"][0]["probe"], "31VT-4101X");
+        let expected = Complex::from_polar(10.5, -phase);
+        assert!(miss(&readings, 0, expected) < 1e-4, "{:?}", readings[0].probes);
+        assert!((readings[0].speed_rpm / 5000.0 - 1.0).abs() < 1e-3, "{}", readings[0].speed_rpm);
+        // eight turns of 12 ms from the beginning on
+        assert!((readings[0].time_d.unwrap() * 86_400.0 / 0.048 - 1.0).abs() < 1e-2);
+    }
+}
+
+#[test]
+fn float_wav_is_in_volts_or_fractions_of_full_scale() {
+    let folder = Folder::new();
+    let recording = Recording { seconds: 0.3, ..Recording::default() };
+    let known = run(&folder, &folder.write("a.csv", recording.csv()), &DC).1;
+    let row = |n| [0, 1, 2, 3].map(|probe| recording.volts(probe, n)).into_iter().chain([recording.key(n)]);
+    let all = || (0..recording.samples()).flat_map(row);
+    let volts = folder.text("volts.wav");
+    write_wav(&volts, 32, all().map(|v| v as f32), SampleFormat::Float);
+    let readings = run(&folder, &volts, &[&DC[..], &["--keyphasor", "5"]].concat()).1;
+    assert!(miss(&readings, 1, 1e6 * known[0].probes[1].unwrap()) < 1e-5);
+    let fractions = folder.text("fractions.wav");
+    write_wav(&fractions, 32, all().map(|v| (v / 24.0) as f32), SampleFormat::Float);
+    let says = refused(&folder, &fractions, &[&DC[..], &["--keyphasor", "5"]].concat());
+    assert_says(
+        &says,
+        &["fractions.wav: holds floats within ±1, expected --full-scale with the value of 1.0"],
+    );
+}
