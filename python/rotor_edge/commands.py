@@ -346,8 +346,8 @@ def balance_by_trials(
 ) -> TrialBalance:
     """Correction weights of a machine that has no file (``balance --trial-only``), from runs with trial weights.
 
-    weights: ``run``, ``plane``, ``magnitude_g_mm``, ``angle_deg`` of each. coefficients: a file of influence coefficients that
-    write_coefficients kept. onto: a run to whose weights these are added. noise_relative, noise_floor: standard deviation of a
+    weights: ``run``, ``plane``, ``magnitude_g_mm`` or in another unit, ``angle_deg`` of each. coefficients: a file of influence
+    coefficients that write_coefficients kept. onto: a run to whose weights these are added. noise_relative, noise_floor: standard deviation of a
     component, relative and in the data's unit. The rest as for ``balance``."""
     options = {
         "trial_only": data,

@@ -7,6 +7,7 @@
 //! | [`trial_runs`] | weights from them, for a rotor's file |
 //! | [`speeds`], `interpolated`, [`sense`] | which readings are of one speed; runs at unlike speeds; whether phases have the right sign |
 //! | [`optimum`] | least squares, least largest vibration, and limits |
+//! | `choice` | which weights are put in: none that is worse than none |
 //! | [`alone`] | weights of a machine that has no file |
 //! | [`estimate`](mod@estimate) | the unbalance of single runs from others with stated weights |
 //! | [`places`] | fixed holes or blades |
@@ -17,6 +18,7 @@
 //! make: from the keyphasor mark, in the direction of rotation.
 
 pub mod alone;
+mod choice;
 pub mod estimate;
 pub mod influence;
 mod interpolated;
@@ -41,6 +43,7 @@ use crate::grade::Grade;
 use crate::machine::drawing::Rotor;
 use crate::unbalance::G_MM;
 
+use choice::Choice;
 use places::Filling;
 use wanted::{Wanted, no_plane};
 
@@ -174,21 +177,22 @@ impl BalancePlan {
         names.iter().map(|name| self.wanted.limit_g_mm(name) / G_MM).collect()
     }
 
-    /// What is put into the planes to come near what is best, and the unbalances that it makes, kg·m; the vibration is
+    /// What is put into the planes, of the weights to choose from, kg·m, preferred first; the vibration is
     /// `before + per_weight · unbalance`.
-    fn placed(
+    fn chosen(
         &self,
         names: &[&str],
-        best_kg_m: &[C],
+        candidates_kg_m: &[Vec<C>],
         per_weight: &DMatrix<C>,
         before: &DVector<C>,
-    ) -> (Vec<Filling>, Vec<C>) {
-        let best_g_mm: Vec<C> = best_kg_m.iter().map(|u| u * G_MM).collect();
-        let in_kg_m = |g_mm: &[C]| g_mm.iter().map(|u| u / G_MM).collect::<Vec<C>>();
-        let cost = |g_mm: &[C]| self.wanted.criterion.cost(per_weight, before, &in_kg_m(g_mm));
-        let fillings = self.wanted.placed(names, &best_g_mm, cost);
-        let sums: Vec<C> = fillings.iter().map(Filling::sum_g_mm).collect();
-        (fillings, in_kg_m(&sums))
+    ) -> Choice {
+        let all: Vec<Vec<C>> =
+            candidates_kg_m.iter().map(|all| all.iter().map(|u| u * G_MM).collect()).collect();
+        let cost = |g_mm: &[C]| {
+            let kg_m: Vec<C> = g_mm.iter().map(|u| u / G_MM).collect();
+            self.wanted.criterion.cost(per_weight, before, &kg_m)
+        };
+        self.wanted.chosen(names, &all, cost)
     }
 
     /// The planes of these names, in the order of the file; all if there are none.

@@ -16,6 +16,7 @@ use crate::model::Model;
 use crate::model::amplitude::Relaxation;
 use crate::reduction::basis;
 use crate::reduction::sizes::WEIGHTS;
+use crate::unbalance::G_MM;
 use crate::units::rpm;
 
 type C = Complex<f64>;
@@ -81,7 +82,9 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Re
     let names = plan.names(rotor);
     let (limits, criterion) = (plan.limits_kg_m(&names), plan.wanted.criterion);
     let Solved { wanted, inverse, per_weight, before } = solve(&machine, plan, &names)?;
-    let (fillings, placed) = plan.placed(&names, &wanted, &per_weight, &before);
+    let choice = plan.chosen(&names, std::slice::from_ref(&wanted), &per_weight, &before);
+    let placed: Vec<C> = choice.sums_g_mm().iter().map(|u| u / G_MM).collect();
+    let remarks = choice.doubt().into_iter().collect();
     let left = machine.with(&placed)?;
     let probes = rotor.probe.len();
     let (mut vibration, mut all): (Vec<SpeedVibration>, Squares) = Default::default();
@@ -116,11 +119,11 @@ pub fn from_model(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Re
         grade: grades(&fit.rotor, plan, &machine, &placed, &sd_kg_m),
         wanted_kg_m: wanted,
         sd_kg_m,
-        placed: fillings,
+        placed: choice.fillings,
         vibration,
         overall: all.overall(),
         misfit: Some(ReducedChiSquare { chi2_per_value: fit.chi2_per_value, freedom: values }),
-        remarks: Vec::new(),
+        remarks,
     })
 }
 

@@ -2,10 +2,11 @@
 
 use nalgebra::Complex;
 
+use super::choice::candidates;
+use super::influence::contradiction::{AgreeingRuns, Contradiction};
 use super::influence::trials::{MeasuredPhasor, TrialReading, Trials};
 use super::influence::{normal_equations, stacked};
 use super::interpolated::{Interpolated, interpolated};
-use super::optimum::best;
 use super::scatter::of_coefficients;
 use super::speeds::Speeds;
 use super::{BalancePlan, Balanced, SpeedVibration, Squares};
@@ -13,7 +14,7 @@ use crate::error::Error;
 use crate::grade::{Grade, Rigid};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
-use crate::unbalance::phasor_kg_m;
+use crate::unbalance::{G_MM, phasor_kg_m};
 use crate::units::same_place;
 
 type C = Complex<f64>;
@@ -55,6 +56,9 @@ fn trials(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Trials {
         planes: plan.planes.len(),
         probes: rotor.probe.iter().map(|p| p.name.clone()).collect(),
         speeds,
+        runs: rotor.run.iter().map(|run| run.name.clone()).chain([String::new()]).collect(),
+        is_noise_known: true,
+        untried_is_nothing: false,
         onto: None,
     }
 }
@@ -66,17 +70,21 @@ fn trials(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Trials {
 pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) -> Result<Balanced, Error> {
     let common = plan.interpolate.then(|| interpolated(readings)).transpose()?;
     let readings = common.as_ref().map_or(readings, |common| &common.readings);
-    let remarks = common.iter().map(Interpolated::remark).collect();
-    let fitted = trials(rotor, readings, plan).fit()?;
+    let mut remarks: Vec<String> = common.iter().map(Interpolated::remark).collect();
+    let AgreeingRuns { fit: fitted, contradiction } = trials(rotor, readings, plan).fit()?;
+    remarks.extend(contradiction.iter().map(Contradiction::doubt));
     let coefficients = &fitted.coefficients;
     let names = plan.names(rotor);
     let (limits, criterion) = (plan.limits_kg_m(&names), plan.wanted.criterion);
     let equations = normal_equations(coefficients);
     let inverse = equations.inverse(&names)?;
     let (per_weight, before) = stacked(coefficients);
-    let wanted = best(criterion, &equations, (&per_weight, &before), &limits)?;
-    let sd_kg_m = of_coefficients(coefficients, criterion, &limits, &inverse, wanted.as_slice())?;
-    let (fillings, placed) = plan.placed(&names, wanted.as_slice(), &per_weight, &before);
+    let all = candidates(criterion, &equations, (&per_weight, &before), &limits)?;
+    let choice = plan.chosen(&names, &all, &per_weight, &before);
+    remarks.extend(choice.doubt());
+    let in_kg_m = |g_mm: &[C]| g_mm.iter().map(|u| u / G_MM).collect::<Vec<C>>();
+    let (wanted, placed) = (in_kg_m(&choice.wanted_g_mm), in_kg_m(&choice.sums_g_mm()));
+    let sd_kg_m = of_coefficients(coefficients, criterion, &limits, &inverse, &wanted)?;
     let none = vec![C::from(0.0); placed.len()];
     let (mut vibration, mut all): (Vec<SpeedVibration>, Squares) = Default::default();
     for at_speed in coefficients.chunk_by(|a, b| a.speed_rpm == b.speed_rpm) {
@@ -101,9 +109,9 @@ pub fn from_trial_runs(rotor: &Rotor, readings: &[Reading], plan: &BalancePlan) 
         after_at_most_mm_s: after_mm_s + rigid.hidden_mm_s(&deviations, plan.service_rpm),
     };
     Ok(Balanced {
-        wanted_kg_m: wanted.iter().copied().collect(),
+        wanted_kg_m: wanted,
         sd_kg_m,
-        placed: fillings,
+        placed: choice.fillings,
         vibration,
         overall: all.overall(),
         grade,

@@ -98,6 +98,12 @@ pub enum Error {
          more readings"
     )]
     EffectBelowNoise { plane: String },
+    /// Runs contradict each other by more than the trial weights change.
+    #[error(
+        "the runs contradict each other by {percent:.0} % of the vibration, which hides the effect of the trial weights; check the \
+         weights and readings of each run and the sign of the phases, or repeat the runs"
+    )]
+    ContradictingRuns { percent: f64 },
     /// Influences of these correction planes differ by no more than the noise.
     #[error(
         "the difference between the planes {} is below the noise; repeat with larger trial weights or more readings, or \

@@ -1,6 +1,7 @@
 //! Answers of `balance`, with a rotor's file and without.
 
 use nalgebra::Complex;
+use rotor_edge_desktop::balance::alone::weight_unit::WeightUnit;
 use rotor_edge_desktop::balance::alone::{Basis, Correction, PlaneWeight, ProbeVibration};
 use rotor_edge_desktop::balance::optimum::Criterion;
 use rotor_edge_desktop::balance::places::{Filling, WeightPiece};
@@ -25,7 +26,10 @@ pub struct VectorAnswer {
 /// A weight as it is put in.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PieceAnswer {
-    pub magnitude_g_mm: f64,
+    /// None where weights are masses whose radius is not stated.
+    pub magnitude_g_mm: Option<f64>,
+    /// In the unit of the weights.
+    pub magnitude: f64,
     pub angle_deg: f64,
     pub hole: Option<usize>,
     pub mass_g: Option<f64>,
@@ -113,7 +117,11 @@ pub struct BalanceAnswer {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrialWeight {
     pub plane: String,
-    pub magnitude_g_mm: f64,
+    /// None where weights are masses whose radius is not stated, as ``interval_95`` then is.
+    pub magnitude_g_mm: Option<f64>,
+    /// In the unit of the weights.
+    pub magnitude: f64,
+    pub magnitude_interval_95: Option<[f64; 2]>,
     pub angle_deg: f64,
     pub interval_95: Option<[f64; 2]>,
     pub angle_95_deg: Option<f64>,
@@ -153,6 +161,8 @@ pub struct TrialBalance {
     /// What amplitudes are: zero to peak.
     pub amplitude_convention: &'static str,
     pub criterion: &'static str,
+    /// Unit of the weights, as the file of trial weights states it.
+    pub weight_unit: &'static str,
     pub onto: Option<String>,
     pub noise: &'static str,
     pub weights: Vec<TrialWeight>,
@@ -164,6 +174,9 @@ pub struct TrialBalance {
     /// Whether the influence coefficients are those of earlier runs.
     #[serde(skip)]
     pub by_kept_coefficients: bool,
+    /// g·mm of one unit of the weights.
+    #[serde(skip)]
+    pub weight_scale: f64,
     /// Real values that the noise was estimated from, if it was.
     #[serde(skip)]
     pub noise_values: Option<usize>,
@@ -202,9 +215,10 @@ impl AngleSense {
 }
 
 impl PieceAnswer {
-    fn all(filling: &Filling, sense: AngleSense) -> Vec<Self> {
+    fn all(filling: &Filling, sense: AngleSense, unit: WeightUnit) -> Vec<Self> {
         let one = |p: &WeightPiece| Self {
-            magnitude_g_mm: p.unbalance_g_mm.norm(),
+            magnitude_g_mm: (!unit.is_mass()).then_some(p.unbalance_g_mm.norm()),
+            magnitude: p.unbalance_g_mm.norm() / unit.scale(),
             angle_deg: sense.angle_deg(p.unbalance_g_mm),
             hole: p.hole,
             mass_g: p.mass_and_radius.map(|[mass_g, _]| mass_g),
@@ -215,10 +229,10 @@ impl PieceAnswer {
     }
 
     /// The piece and its place, for whoever puts it in.
-    fn words(&self, sense: AngleSense) -> String {
+    fn words(&self, sense: AngleSense, unit: WeightUnit) -> String {
         let size = match self.mass_g.zip(self.radius_mm) {
             Some((mass_g, radius_mm)) => format!("{} g at {radius_mm} mm", plain(mass_g)),
-            None => format!("{} g·mm", plain(self.magnitude_g_mm)),
+            None => format!("{} {}", plain(self.magnitude), unit.symbol),
         };
         let hole = self.hole.map_or(String::new(), |hole| format!(" in hole {hole}"));
         format!("{size}{hole}, at {:.0}° {}", self.angle_deg, sense.words())
@@ -226,9 +240,9 @@ impl PieceAnswer {
 }
 
 /// What to do in a plane, in one line.
-fn instruction(plane: &str, placed: &[PieceAnswer], sense: AngleSense) -> String {
+fn instruction(plane: &str, placed: &[PieceAnswer], sense: AngleSense, unit: WeightUnit) -> String {
     let kept = placed.iter().filter(|p| p.unbalance_g_mm.norm() > 0.0);
-    let pieces: Vec<String> = kept.map(|p| p.words(sense)).collect();
+    let pieces: Vec<String> = kept.map(|p| p.words(sense, unit)).collect();
     match pieces.is_empty() {
         true => format!("{plane}: add nothing."),
         false => format!("{plane}: add {}.", pieces.join(", and ")),
@@ -251,7 +265,7 @@ impl WayAnswer {
             let [unbalance_g_mm, with_deg] = g_mm_deg(*wanted);
             let sd_g_mm = sd * G_MM;
             let (interval_95, angle_95_deg) = size_and_angle_95(unbalance_g_mm, HALF_95 * sd_g_mm);
-            let placed = PieceAnswer::all(filling, sense);
+            let placed = PieceAnswer::all(filling, sense, WeightUnit::default());
             let one = if let [one] = &placed[..] { Some(one) } else { None };
             WeightAnswer {
                 plane: plane.clone(),
@@ -307,15 +321,19 @@ impl TrialBalance {
         sense: AngleSense,
         by_kept_coefficients: bool,
     ) -> Self {
+        let unit = found.weight_unit;
         let weight = |w: &PlaneWeight| {
-            let placed = PieceAnswer::all(&w.filling, sense);
+            let placed = PieceAnswer::all(&w.filling, sense, unit);
+            let interval_95 = w.interval_95.map(|(magnitude, _)| magnitude);
             TrialWeight {
                 plane: w.plane.clone(),
-                magnitude_g_mm: w.wanted_g_mm.norm(),
+                magnitude_g_mm: (!unit.is_mass()).then_some(w.wanted_g_mm.norm()),
+                magnitude: w.wanted_g_mm.norm() / unit.scale(),
+                magnitude_interval_95: interval_95.map(|ends| ends.map(|end| end / unit.scale())),
                 angle_deg: sense.angle_deg(w.wanted_g_mm),
-                interval_95: w.interval_95.map(|(magnitude, _)| magnitude),
+                interval_95: interval_95.filter(|_| !unit.is_mass()),
                 angle_95_deg: w.interval_95.map(|(_, half)| half),
-                text: instruction(&w.plane, &placed, sense),
+                text: instruction(&w.plane, &placed, sense, unit),
                 placed,
                 wanted_g_mm: w.wanted_g_mm,
             }
@@ -329,6 +347,7 @@ impl TrialBalance {
                 Criterion::LeastSquares => "least_squares",
                 Criterion::MinMax => "min_max",
             },
+            weight_unit: unit.symbol,
             onto,
             noise: match found.basis {
                 Basis::Stated => "stated",
@@ -337,7 +356,8 @@ impl TrialBalance {
                 Basis::Unknown => "unknown",
             },
             weights: found.weights.iter().map(weight).collect(),
-            static_couple: StaticCouple::of(&found.weights, sense),
+            static_couple: StaticCouple::of(&found.weights, sense).filter(|_| !unit.is_mass()),
+            weight_scale: unit.scale(),
             left: found.left.iter().map(|l| LeftAnswer::of(l, um)).collect(),
             doubts: found.doubts.clone(),
             sense,

@@ -142,6 +142,7 @@ impl Arguments {
             slow_roll: self.slow_roll.clone(),
             phase_shift: self.phase_shift.clone(),
             column: self.column.clone(),
+            ..Mapping::default()
         };
         Ok(match &self.mapping {
             Some(path) => stated.or(Mapping::read(path)?),

@@ -11,6 +11,7 @@
 //! | `preamble`, `sensitivity` | what the lines above a table state |
 //! | `unit`, `column_units`, `target` | units and conventions, and what a column becomes |
 //! | [`readings`] | tables made into measurements |
+//! | `weights` | tables of trial weights |
 //! | [`waveform`] | waveforms made into 1x readings by the core's extraction |
 
 pub(crate) mod calendar;
@@ -34,4 +35,5 @@ mod table;
 pub(crate) mod target;
 pub(crate) mod unit;
 pub mod waveform;
+pub(crate) mod weights;
 mod words;

@@ -127,13 +127,13 @@ pub enum DecimalEvidence {
 
 /// What cells that were seen show of the decimals.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Seen {
+pub struct DecimalMarks {
     point: bool,
     comma: bool,
     either: bool,
 }
 
-impl Seen {
+impl DecimalMarks {
     pub fn add(&mut self, cell: &str) {
         if !cell.starts_with(|c: char| c.is_ascii_digit() || "+-−.,".contains(c)) {
             return;
@@ -196,7 +196,7 @@ mod tests {
     #[test]
     fn decimals_are_told_from_all_cells_and_doubt_is_told() {
         let of = |cells: &[&str]| {
-            let mut seen = Seen::default();
+            let mut seen = DecimalMarks::default();
             cells.iter().for_each(|cell| seen.add(cell));
             seen.shows()
         };

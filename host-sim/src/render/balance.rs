@@ -96,7 +96,7 @@ fn pieces(placed: &[PieceAnswer]) -> String {
         match (mass, p.hole) {
             (Some(mass), Some(hole)) => format!("{mass} in hole {hole}"),
             (Some(mass), None) => mass,
-            (None, Some(hole)) => format!("{:.3} g·mm in hole {hole}", p.magnitude_g_mm),
+            (None, Some(hole)) => format!("{:.3} g·mm in hole {hole}", p.magnitude),
             (None, None) => "–".into(),
         }
     };

@@ -6,7 +6,6 @@ use super::{Figure, PageTable, Section};
 use crate::answers::balance::{AngleSense, LeftAnswer, TrialBalance, TrialWeight, VectorAnswer};
 use crate::scale::four_digits;
 
-const WEIGHT_COLUMNS: [&str; 3] = ["plane", "unbalance to add, g·mm", "angle"];
 const VIBRATION_COLUMNS: [&str; 5] = ["probe", "speed, rpm", "before", "after", "after, at most (95 %)"];
 /// More rows than this say nothing to a reader; they are in the JSON and on the page.
 const MOST_ROWS: usize = 40;
@@ -14,7 +13,11 @@ const MOST_ROWS: usize = 40;
 /// The whole answer on a terminal.
 pub fn text(answer: &TrialBalance) -> String {
     let line = |line: &String| format!("{line}\n");
-    let mut text = format!("{}\n{}\n", title(answer), text::table(&WEIGHT_COLUMNS, &weight_rows(answer)));
+    let mut text = format!(
+        "{}\n{}\n",
+        title(answer),
+        text::table(&weight_columns(answer).each_ref().map(String::as_str), &weight_rows(answer))
+    );
     text.extend(answer.weights.iter().map(|w| line(&w.text)));
     text += "\n";
     let rows = vibration_rows(answer);
@@ -53,7 +56,11 @@ pub fn section(answer: &TrialBalance) -> Section {
         heading: "Weights".into(),
         paragraphs,
         tables: vec![
-            table(title(answer), &WEIGHT_COLUMNS, weight_rows(answer).into_iter().map(Vec::from).collect()),
+            table(
+                title(answer),
+                &weight_columns(answer).each_ref().map(String::as_str),
+                weight_rows(answer).into_iter().map(Vec::from).collect(),
+            ),
             table(vibration, &VIBRATION_COLUMNS, vibration_rows(answer).into_iter().map(Vec::from).collect()),
         ],
         figures: vec![Figure::new(
@@ -70,6 +77,7 @@ fn unit(answer: &TrialBalance) -> &str {
         "um" => "µm",
         "mm_s" => "mm/s",
         "m_s2" => "m/s²",
+        "in_s" => "in/s",
         other => other,
     }
 }
@@ -88,10 +96,16 @@ fn title(answer: &TrialBalance) -> String {
     format!("Correction weights {to}, {least}; angles from the keyphasor mark, {}", answer.angles)
 }
 
+fn weight_columns(answer: &TrialBalance) -> [String; 3] {
+    let is_mass = answer.weights.iter().any(|w| w.magnitude_g_mm.is_none());
+    let what = if is_mass { "weight" } else { "unbalance" };
+    ["plane".into(), format!("{what} to add, {}", answer.weight_unit), "angle".into()]
+}
+
 fn weight_rows(answer: &TrialBalance) -> Vec<[String; 3]> {
     let row = |w: &TrialWeight| {
-        let (size, angle_deg) = (four_digits(w.magnitude_g_mm), w.angle_deg);
-        match w.interval_95.zip(w.angle_95_deg) {
+        let (size, angle_deg) = (four_digits(w.magnitude), w.angle_deg);
+        match w.magnitude_interval_95.zip(w.angle_95_deg) {
             Some(([from, to], half_deg)) => [
                 w.plane.clone(),
                 format!("{size} ({} to {} with 95 %)", four_digits(from), four_digits(to)),
@@ -118,8 +132,10 @@ fn vibration_rows(answer: &TrialBalance) -> Vec<[String; 5]> {
 fn lines(answer: &TrialBalance) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(parts) = &answer.static_couple {
-        let phasor =
-            |u: &VectorAnswer| format!("{} g·mm at {:.1}°", four_digits(u.magnitude_g_mm), u.angle_deg);
+        let phasor = |u: &VectorAnswer| {
+            let size = four_digits(u.magnitude_g_mm / answer.weight_scale);
+            format!("{size} {} at {:.1}°", answer.weight_unit, u.angle_deg)
+        };
         lines.push(format!(
             "Static: {} in all. Couple: {} in plane {}, its opposite in plane {}.",
             phasor(&parts.static_unbalance),

@@ -33,4 +33,5 @@ mod startup;
 mod storage;
 mod track;
 mod trial;
+mod trial_runs;
 mod watch;

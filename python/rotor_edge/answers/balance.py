@@ -19,7 +19,10 @@ class Vector(Record):
 class Piece(Record):
     """A weight as it is put in."""
 
-    magnitude_g_mm: float
+    magnitude_g_mm: float | None
+    """None where weights are masses whose radius is not stated."""
+    magnitude: float
+    """In the unit of the weights."""
     angle_deg: float
     hole: int | None
     mass_g: float | None
@@ -111,7 +114,11 @@ class TrialWeight(Record):
     """The weight of a plane; intervals in g·mm and degrees either way."""
 
     plane: str
-    magnitude_g_mm: float
+    magnitude_g_mm: float | None
+    """None where weights are masses whose radius is not stated, as ``interval_95`` then is."""
+    magnitude: float
+    """In the unit of the weights."""
+    magnitude_interval_95: Array | None
     angle_deg: float
     interval_95: Array | None
     angle_95_deg: float | None
@@ -150,6 +157,8 @@ class TrialBalance(Answer):
     amplitude_convention: str
     """What amplitudes are: zero to peak."""
     criterion: str
+    weight_unit: str
+    """Unit of the weights, as the file of trial weights states it."""
     onto: str | None
     noise: str
     weights: tuple[TrialWeight, ...]

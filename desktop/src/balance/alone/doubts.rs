@@ -1,15 +1,20 @@
 //! Reasons not to rely on the weights, one sentence each.
 
+use nalgebra::Complex;
+
 use super::{Basis, PlaneWeight, ProbeVibration};
 use crate::balance::NormalEquations;
+use crate::balance::influence::InfluenceCoefficients;
 use crate::balance::influence::trials::{TrialFit, Trials};
 use crate::decomposition::hermitian;
 use crate::unbalance::separation::PlaneSeparation;
 
+type C = Complex<f64>;
+
 /// Speeds that are taken as one and differ by more than this, relative, are remarked on.
 const SAME: f64 = 1e-3;
 /// Runs that miss each other by more than this, relative, contradict each other.
-const CONTRADICT: f64 = 0.1;
+pub(super) const CONTRADICT: f64 = 0.1;
 /// A trial weight that changes the vibration by less than this, relative, shows little.
 const SMALL: f64 = 0.1;
 /// Speeds that are named before the rest are counted.
@@ -75,11 +80,24 @@ pub(super) fn of_basis(basis: Basis) -> Option<String> {
     }
 }
 
+/// That runs contradict each other, and which one is wrong cannot be told; `scatter` is their relative residual.
+pub(super) fn unnamed(scatter: f64) -> Option<String> {
+    (scatter > CONTRADICT).then(|| {
+        "The runs do not tell which of them is wrong; more runs with trial weights at other angles would."
+            .into()
+    })
+}
+
+/// That the stated noise is too small for what the runs differ by.
+pub(super) fn beyond_stated() -> String {
+    "The runs differ by more than the stated noise explains, so intervals come from the scatter between the runs.".into()
+}
+
 /// Planes whose largest trial weight changes little anywhere.
 fn small(trials: &Trials, fitted: &TrialFit) -> Vec<String> {
     let doubt = |plane: usize| {
         let largest = trials.readings.iter().map(|t| t.weights[plane].norm()).fold(0.0, f64::max);
-        let change = |c: &crate::balance::influence::InfluenceCoefficients| {
+        let change = |c: &InfluenceCoefficients| {
             c.per_weight[plane].norm() * largest / c.before.norm().max(f64::MIN_POSITIVE)
         };
         let most = fitted.coefficients.iter().map(change).fold(0.0, f64::max);
@@ -118,6 +136,19 @@ pub(super) fn at_limit(weights: &[PlaneWeight], limits: &[f64]) -> Option<String
     let held: Vec<String> = held.map(|(w, limit)| format!("{} ({limit} g·mm)", w.plane)).collect();
     (!held.is_empty())
         .then(|| format!("At their largest weight: {}; more would leave less vibration.", held.join(", ")))
+}
+
+/// Weights that, by the scatter in the coefficients, may as well make the vibration larger.
+pub(super) fn unproven(coefficients: &[InfluenceCoefficients], placed: &[C]) -> Option<String> {
+    let none = vec![C::from(0.0); placed.len()];
+    let expected = |weights: &[C]| -> f64 {
+        coefficients.iter().map(|c| c.under(weights).norm_sqr() + 2.0 * c.variance(weights)).sum()
+    };
+    let is_placed = placed.iter().any(|w| w.norm() > 0.0);
+    (is_placed && expected(placed) > expected(&none)).then(|| {
+        "These weights may as well make the vibration larger: the runs scatter too much to tell. Repeat the runs before weights are added."
+            .into()
+    })
 }
 
 pub(super) fn worse(left: &[ProbeVibration], unit: &str) -> Option<String> {

@@ -6,6 +6,7 @@ use nalgebra::{Complex, DMatrix};
 use serde::{Deserialize, Serialize};
 
 use super::runs::Means;
+use super::weight_unit::WeightUnit;
 use super::{Basis, CorrectionRequest, MachineInfluence, doubts};
 use crate::balance::influence::InfluenceCoefficients;
 use crate::error::Error;
@@ -27,12 +28,23 @@ pub struct Library {
     pub unit: String,
     /// Names of the planes; coefficients are per g·mm, angles from the keyphasor mark with the rotation.
     pub planes: Vec<String>,
+    /// Unit in which weights are stated; coefficients are per this unit where it is one of mass.
+    #[serde(default = "usual_unit", skip_serializing_if = "is_usual_unit")]
+    weight_unit: String,
     /// Files that they were made from.
     pub made_from: Vec<String>,
     /// Real values that the covariances rest on; none where the noise was stated or is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     values: Option<usize>,
     coefficient: Vec<LibraryEntry>,
+}
+
+fn usual_unit() -> String {
+    WeightUnit::default().name.into()
+}
+
+fn is_usual_unit(unit: &String) -> bool {
+    *unit == usual_unit()
 }
 
 /// InfluenceCoefficients of one probe at one speed.
@@ -70,6 +82,7 @@ impl Library {
             schema: SCHEMA,
             unit: machine.unit.clone(),
             planes: machine.planes.clone(),
+            weight_unit: machine.weight_unit.name.into(),
             made_from,
             values: machine.basis.values(),
             coefficient: machine.coefficients.iter().map(kept).collect(),
@@ -103,6 +116,9 @@ impl Library {
         let wrong = |key: &str, what: String| Err(Error::rotor(file, key, what));
         if library.schema != SCHEMA {
             return wrong("schema", format!("{}, expected {SCHEMA}", library.schema));
+        }
+        if WeightUnit::of(&library.weight_unit).is_none() {
+            return wrong("weight_unit", format!("expected one of {}", WeightUnit::names()));
         }
         let planes = library.planes.len();
         for kept in &library.coefficient {
@@ -200,7 +216,10 @@ impl Library {
             coefficients,
             probes: series.probes.clone(),
             planes: planes.iter().map(|j| self.planes[*j].clone()).collect(),
+            sets: None,
+            scatter: 0.0,
             unit: series.unit.clone(),
+            weight_unit: WeightUnit::of(&self.weight_unit).unwrap_or_default(),
             basis,
             doubts: told,
         })

@@ -2,30 +2,39 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`stated`] | the trial weights |
+//! | [`sets`] | trial weights in fixed proportions over planes, as in modal balancing |
+//! | [`stated`], [`weight_unit`] | the trial weights and their unit |
 //! | [`runs`] | trial runs as equations, and the noise from their repeats |
+//! | [`amplitudes`] | runs whose phase was not measured |
 //! | [`library`] | influence coefficients as they are kept for a machine |
 //! | [`doubts`] | reasons not to rely on the weights |
 //!
 //! Weights are in g·mm, angles from the keyphasor mark with the rotation; vibration is in the unit of the data, zero to peak.
 
+pub mod amplitudes;
+#[cfg(test)]
+mod contradicting_runs;
 pub mod doubts;
 pub mod library;
 pub mod runs;
+pub mod sets;
 pub mod stated;
 #[cfg(test)]
 mod tests;
+pub mod weight_unit;
 
 use nalgebra::Complex;
 
+use super::choice::candidates;
 use super::influence::{InfluenceCoefficients, normal_equations, stacked};
-use super::optimum::best;
 use super::places::Filling;
 use super::scatter::of_coefficients;
 use super::wanted::{Wanted, no_plane};
 use crate::error::Error;
 use crate::statistics::interval::size_and_angle_95;
 use crate::unbalance::region::{KNOWN_NOISE, component_95, vector_95};
+use sets::WeightSets;
+use weight_unit::WeightUnit;
 
 type C = Complex<f64>;
 
@@ -48,6 +57,22 @@ pub struct CorrectionRequest {
 }
 
 impl CorrectionRequest {
+    /// Masses have no radius, so nothing can be stated of them in g·mm or at radii.
+    fn check_unit(&self, unit: WeightUnit) -> Result<(), Error> {
+        let option = match &self.wanted {
+            wanted if !wanted.allowed.radii_mm.is_empty() => "--radii-mm",
+            wanted if !wanted.limits.is_empty() => "--largest-g-mm",
+            _ => return Ok(()),
+        };
+        match unit.is_mass() {
+            true => Err(Error::Unsuitable(format!(
+                "the trial weights are masses in {} without a radius, expected unbalances such as magnitude_g_mm with {option}",
+                unit.symbol
+            ))),
+            false => Ok(()),
+        }
+    }
+
     /// Numbers of the planes to use among those that are known.
     fn planes_of(&self, known: &[String]) -> Result<Vec<usize>, Error> {
         if let Some(unknown) = self.planes.iter().find(|name| !known.contains(name)) {
@@ -93,12 +118,32 @@ pub struct MachineInfluence {
     pub probes: Vec<String>,
     /// Names of the planes in use.
     pub planes: Vec<String>,
+    /// Sets of weights over the planes, if the coefficients are theirs and not the planes'.
+    pub sets: Option<WeightSets>,
     /// Unit of the vibration, as the columns have it.
     pub unit: String,
+    /// Unit in which weights are stated; where it is one of mass, numbers in g·mm here are in it.
+    pub weight_unit: WeightUnit,
     /// How the noise is known; the covariances are zero if it is not.
     pub basis: Basis,
+    /// What the runs miss each other by, relative to the vibration.
+    pub scatter: f64,
     /// Doubts raised while they were fitted.
     pub doubts: Vec<String>,
+}
+
+impl MachineInfluence {
+    /// What hides the effect of trial weights: noise, or runs that contradict each other.
+    fn blamed(&self, why: Error) -> Error {
+        match why {
+            Error::EffectBelowNoise { .. } | Error::DifferenceBelowNoise { .. }
+                if self.scatter > doubts::CONTRADICT =>
+            {
+                Error::ContradictingRuns { percent: 100.0 * self.scatter }
+            }
+            other => other,
+        }
+    }
 }
 
 /// The weight of one plane.
@@ -131,6 +176,8 @@ pub struct Correction {
     pub left: Vec<ProbeVibration>,
     /// Unit of the vibration, as the columns have it.
     pub unit: String,
+    /// Unit in which weights are stated; where it is one of mass, numbers in g·mm here are in it.
+    pub weight_unit: WeightUnit,
     /// How the noise is known.
     pub basis: Basis,
     /// Reasons not to rely on it, one sentence each.
@@ -143,19 +190,30 @@ pub struct Correction {
 /// One sentence if planes act alike, or noise hides what they do.
 pub fn correct(machine: &MachineInfluence, request: &CorrectionRequest) -> Result<Correction, Error> {
     let all = &machine.coefficients;
+    request.check_unit(machine.weight_unit)?;
     let limits: Vec<f64> = machine.planes.iter().map(|p| request.wanted.limit_g_mm(p)).collect();
+    let sets = machine.sets.as_ref();
+    let names = sets.map_or_else(|| machine.planes.clone(), WeightSets::names);
+    let unknown_limits = sets.map_or_else(|| limits.clone(), |sets| sets.limits(&limits));
+    let of_planes = |w: &[C]| sets.map_or_else(|| w.to_vec(), |sets| sets.of_planes(w));
+    let to_planes = |w: &[C]| sets.map_or_else(|| w.to_vec(), |sets| sets.to_planes(w));
     let (per_weight, before) = stacked(all);
     let equations = normal_equations(all);
-    let inverse = equations.inverse(&machine.planes)?;
+    let inverse = equations.inverse(&names).map_err(|why| machine.blamed(why))?;
     let criterion = request.wanted.criterion;
-    let wanted = best(criterion, &equations, (&per_weight, &before), &limits)?;
+    let found = candidates(criterion, &equations, (&per_weight, &before), &unknown_limits)?;
+    let cost = |weights: &[C]| criterion.cost(&per_weight, &before, &of_planes(weights));
+    let in_planes: Vec<Vec<C>> = found.iter().map(|w| to_planes(w)).collect();
+    let choice = request.wanted.chosen(&machine.planes, &in_planes, cost);
+    let (wanted, placed) = (&choice.wanted_g_mm, of_planes(&choice.sums_g_mm()));
     let sd = match machine.basis {
         Basis::Unknown => None,
-        _ => Some(of_coefficients(all, criterion, &limits, &inverse, wanted.as_slice())?),
+        _ => {
+            let best = of_planes(wanted);
+            let sd = of_coefficients(all, criterion, &unknown_limits, &inverse, &best)?;
+            Some(sets.map_or_else(|| sd.clone(), |sets| sets.sd_of_planes(&sd)))
+        }
     };
-    let cost = |weights: &[C]| criterion.cost(&per_weight, &before, weights);
-    let chosen = request.wanted.placed(&machine.planes, wanted.as_slice(), cost);
-    let placed: Vec<C> = chosen.iter().map(Filling::sum_g_mm).collect();
     let left: Vec<ProbeVibration> = all
         .iter()
         .map(|c| {
@@ -177,12 +235,21 @@ pub fn correct(machine: &MachineInfluence, request: &CorrectionRequest) -> Resul
             plane: machine.planes[j].clone(),
             wanted_g_mm: wanted[j],
             interval_95: sd.as_ref().map(|sd| interval(wanted[j], sd[j])),
-            filling: chosen[j].clone(),
+            filling: choice.fillings[j].clone(),
         })
         .collect();
     let mut doubts = machine.doubts.clone();
-    doubts.extend(doubts::alike(&equations, &machine.planes));
+    doubts.extend(doubts::alike(&equations, &names));
     doubts.extend(doubts::at_limit(&weights, &limits));
+    doubts.extend(choice.doubt());
+    doubts.extend(doubts::unproven(all, &placed));
     doubts.extend(doubts::worse(&left, &machine.unit));
-    Ok(Correction { weights, left, unit: machine.unit.clone(), basis: machine.basis, doubts })
+    Ok(Correction {
+        weights,
+        left,
+        unit: machine.unit.clone(),
+        weight_unit: machine.weight_unit,
+        basis: machine.basis,
+        doubts,
+    })
 }

@@ -3,15 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::Complex;
 
+use super::sets::WeightSets;
 use super::stated::Weights;
 use super::{Basis, CorrectionRequest, MachineInfluence, doubts};
-use crate::balance::influence::trials::{MeasuredPhasor, TrialReading, Trials};
+use crate::balance::influence::contradiction::{AgreeingRuns, Contradiction};
+use crate::balance::influence::trials::{MeasuredPhasor, TrialFit, TrialReading, Trials};
 use crate::balance::interpolated::{Interpolated, interpolated};
+use crate::balance::sense::CHANCE;
 use crate::balance::speeds::Speeds;
 use crate::error::Error;
 use crate::measurement::{ProbeRecord, Reading, component_sd, read_series};
+use crate::unbalance::region::component_95;
 
 type C = Complex<f64>;
 
@@ -25,18 +29,29 @@ pub fn read(path: &Path, weights: &Weights) -> Result<ProbeRecord, Error> {
         false => Ok(()),
     };
     let series = read_series(path, named)?;
+    check(&series, path, weights)?;
+    Ok(series)
+}
+
+/// Checks that every reading of a file has a run, and every weight one that was measured.
+///
+/// # Errors
+/// One sentence with the file and the run.
+pub fn check(series: &ProbeRecord, path: &Path, weights: &Weights) -> Result<(), Error> {
     let file = path.display().to_string();
     if series.readings.iter().any(|r| r.run.is_none()) {
         let what = "the column run is missing, expected the names of the runs that the weights belong to";
         return Err(Error::measurement(&file, "header", what));
     }
     let measured = |run: &str| series.readings.iter().any(|r| r.run.as_deref() == Some(run));
-    if let Some((run, ..)) = weights.rows.iter().find(|(run, ..)| !measured(run)) {
-        let what =
-            format!("the run \"{run}\" was not measured in {file}, expected the name of one of its runs");
-        return Err(Error::measurement(&weights.file, "column run", what));
+    match weights.rows.iter().find(|(run, ..)| !measured(run)) {
+        Some((run, ..)) => {
+            let what =
+                format!("the run \"{run}\" was not measured in {file}, expected the name of one of its runs");
+            Err(Error::measurement(&weights.file, "column run", what))
+        }
+        None => Ok(()),
     }
-    Ok(series)
 }
 
 /// Mean of the readings of one run at one speed, by probe.
@@ -121,6 +136,11 @@ impl Means {
         Ok(Self { all, speeds, runs, levels, within })
     }
 
+    /// Root mean square of a probe at a speed over the runs.
+    pub fn level(&self, speed: usize, probe: usize) -> f64 {
+        self.levels[speed][probe]
+    }
+
     /// Standard deviation of a component of a mean, for a noise that is stated or relative to the level.
     fn sigma(&self, noise: NoiseBasis, mean: &Mean, probe: usize) -> Option<MeasuredPhasor> {
         let (phasor, count) = mean.probes[probe]?;
@@ -148,6 +168,115 @@ enum NoiseBasis {
     OfRun(f64),
 }
 
+/// What is unknown of the machine: the effect of planes, or of sets of weights over them.
+struct Unknowns {
+    /// Correction planes.
+    planes: Vec<String>,
+    /// Names of the unknowns: the correction planes first, then other planes; or the sets.
+    names: Vec<String>,
+    /// How many of them are for correction.
+    count: usize,
+    /// Weights of each run, by unknown.
+    of_run: Vec<Vec<C>>,
+    sets: Option<WeightSets>,
+}
+
+impl Unknowns {
+    fn of_planes(weights: &Weights, runs: &[String], request: &CorrectionRequest) -> Result<Self, Error> {
+        let mut places = request.planes_of(&weights.planes)?;
+        let count = places.len();
+        // weights in planes that are not to be used act all the same
+        let others: Vec<usize> = (0..weights.planes.len())
+            .filter(|j| !places.contains(j) && runs.iter().any(|run| weights.of(run)[*j].norm() > 0.0))
+            .collect();
+        places.extend(others);
+        let names: Vec<String> = places.iter().map(|j| weights.planes[*j].clone()).collect();
+        let of_run = |run: &String| {
+            let all = weights.of(run);
+            places.iter().map(|j| all[*j]).collect()
+        };
+        Ok(Self {
+            planes: names[..count].to_vec(),
+            names,
+            count,
+            of_run: runs.iter().map(of_run).collect(),
+            sets: None,
+        })
+    }
+
+    /// The same by sets, relative to the run that weights are added to; none where planes are not for correction.
+    fn by_sets(&self, runs: &[String], onto: Option<usize>) -> Option<Self> {
+        if self.names.len() > self.count {
+            return None;
+        }
+        let start = onto.map_or_else(|| vec![C::from(0.0); self.count], |run| self.of_run[run].clone());
+        let added = |(run, all): (&String, &Vec<C>)| {
+            (run.clone(), all.iter().zip(&start).map(|(w, start)| w - start).collect::<Vec<C>>())
+        };
+        let all: Vec<(String, Vec<C>)> = runs.iter().zip(&self.of_run).map(added).collect();
+        let sets = WeightSets::of(&all)?;
+        Some(Self {
+            planes: self.planes.clone(),
+            names: sets.names(),
+            count: sets.runs.len(),
+            of_run: all.iter().map(|(_, added)| sets.of_planes(added)).collect(),
+            sets: Some(sets),
+        })
+    }
+}
+
+/// The readings of the runs.
+struct Source<'a> {
+    series: &'a ProbeRecord,
+    means: &'a Means,
+    /// The run that weights are added to.
+    onto: Option<usize>,
+}
+
+impl Source<'_> {
+    fn trials(&self, unknowns: &Unknowns, noise: NoiseBasis) -> Trials {
+        let probes = 0..self.series.probes.len();
+        let reading = |m: &Mean| TrialReading {
+            run: m.run,
+            speed: m.speed,
+            weights: unknowns.of_run[m.run].clone(),
+            probes: probes.clone().map(|p| self.means.sigma(noise, m, p)).collect(),
+        };
+        Trials {
+            readings: self.means.all.iter().map(reading).collect(),
+            places: unknowns.names.clone(),
+            planes: unknowns.count,
+            probes: self.series.probes.clone(),
+            speeds: self.means.speeds.clone(),
+            runs: self.means.runs.clone(),
+            is_noise_known: matches!(noise, NoiseBasis::Stated(_)),
+            untried_is_nothing: unknowns.sets.is_some(),
+            onto: self.onto,
+        }
+    }
+
+    /// The effect of planes, or that of sets where the runs do not hold it.
+    fn examined(
+        &self,
+        weights: &Weights,
+        request: &CorrectionRequest,
+        noise: NoiseBasis,
+    ) -> Result<(Unknowns, AgreeingRuns), Error> {
+        let planes = Unknowns::of_planes(weights, &self.means.runs, request)?;
+        let why = match self.trials(&planes, noise).fit() {
+            Ok(fit) => return Ok((planes, fit)),
+            Err(why @ (Error::DependentTrialWeights { .. } | Error::TooFewRuns { .. })) => why,
+            Err(other) => return Err(other),
+        };
+        let Some(unknowns) = planes.by_sets(&self.means.runs, self.onto) else { return Err(why) };
+        match self.trials(&unknowns, noise).fit() {
+            Ok(found) if unknowns.sets.iter().all(|sets| sets.are_tried(&found.fit)) => Ok((unknowns, found)),
+            Err(reversed @ Error::ReversedPhases(_)) => Err(reversed),
+            _ => Err(why),
+        }
+    }
+}
+
 /// The machine that trial runs show.
 ///
 /// # Errors
@@ -160,13 +289,6 @@ pub fn machine(
     let common = request.interpolate.then(|| interpolated(&series.readings)).transpose()?;
     let readings = common.as_ref().map_or(&series.readings, |common| &common.readings);
     let means = Means::of(readings, series.probes.len(), request)?;
-    let mut places = request.planes_of(&weights.planes)?;
-    let planes = places.len();
-    // weights in planes that are not to be used act all the same
-    let others: Vec<usize> = (0..weights.planes.len())
-        .filter(|j| !places.contains(j) && means.runs.iter().any(|run| weights.of(run)[*j].norm() > 0.0))
-        .collect();
-    places.extend(others);
     let onto = match &request.onto {
         None => None,
         Some(name) => Some(
@@ -177,31 +299,21 @@ pub fn machine(
                 .ok_or_else(|| Error::UnknownRun { run: name.clone(), known: means.runs.clone() })?,
         ),
     };
-    let trials = |noise: NoiseBasis| Trials {
-        readings: means
-            .all
-            .iter()
-            .map(|m| {
-                let all = weights.of(&means.runs[m.run]);
-                TrialReading {
-                    run: m.run,
-                    speed: m.speed,
-                    weights: places.iter().map(|j| all[*j]).collect(),
-                    probes: (0..series.probes.len()).map(|p| means.sigma(noise, m, p)).collect(),
-                }
-            })
-            .collect(),
-        places: places.iter().map(|j| weights.planes[*j].clone()).collect(),
-        planes,
-        probes: series.probes.clone(),
-        speeds: means.speeds.clone(),
-        onto,
-    };
+    let source = Source { series, means: &means, onto };
     // relative to the level, so that what the runs miss each other by is relative too
-    let plain = trials(NoiseBasis::OfRun(1.0)).fit()?;
-    let scatter = plain.misfit.map(|m| (m.chi2_per_value.sqrt(), m.freedom));
-    let (noise, basis) = match (request.noise, scatter, means.within) {
-        (Some(stated), ..) => (NoiseBasis::Stated(stated), Basis::Stated),
+    let relative = NoiseBasis::OfRun(1.0);
+    let stated = request.noise.map(NoiseBasis::Stated);
+    let (unknowns, examined) = source.examined(weights, request, stated.unwrap_or(relative))?;
+    let with_noise = |noise: NoiseBasis| source.trials(&unknowns, noise);
+    let left_out = examined.contradiction.as_ref().and_then(|c| c.left_out);
+    let trials = |noise: NoiseBasis| match left_out {
+        Some(run) => with_noise(noise).without(run),
+        None => with_noise(noise),
+    };
+    let plain = trials(relative).least_squares()?;
+    let exceeds_stated = stated.is_some() && examined.fit.misfit.is_some_and(|m| m.chance() < CHANCE);
+    let (noise, basis) = match (stated.filter(|_| !exceeds_stated), between_runs(&plain), means.within) {
+        (Some(stated), ..) => (stated, Basis::Stated),
         (None, Some((runs, values)), within) => {
             // a few runs may agree by chance, which makes no reading better than it is
             let least = within.map_or(0.0, |(variance, _)| (variance / means.readings_in_a_mean()).sqrt());
@@ -213,21 +325,42 @@ pub fn machine(
         (None, None, None) => (NoiseBasis::OfRun(1.0), Basis::Unknown),
     };
     let trials = trials(noise);
-    let mut fitted = trials.fit()?;
+    let mut fitted = trials.least_squares()?;
     if basis == Basis::Unknown {
         for c in &mut fitted.coefficients {
-            c.covariance = DMatrix::zeros(1 + planes, 1 + planes);
+            c.covariance.fill(C::from(0.0));
         }
     }
     let mut doubts: Vec<String> = common.iter().map(Interpolated::remark).collect();
-    doubts.extend(doubts::of_runs(&trials, &fitted, basis, scatter.map_or(0.0, |(relative, _)| relative)));
+    doubts.extend(examined.contradiction.iter().map(Contradiction::doubt));
+    doubts.extend(unknowns.sets.iter().flat_map(|sets| sets.doubts(&fitted)));
+    doubts.extend(exceeds_stated.then(doubts::beyond_stated));
+    let scatter = plain.misfit.map_or(0.0, |m| m.chi2_per_value.sqrt());
+    doubts.extend(doubts::of_runs(&trials, &fitted, basis, scatter));
+    doubts.extend(doubts::unnamed(scatter).filter(|_| examined.contradiction.is_none()));
     Ok(MachineInfluence {
         coefficients: fitted.coefficients,
         probes: series.probes.clone(),
-        planes: trials.places[..planes].to_vec(),
+        planes: unknowns.planes,
+        sets: unknowns.sets,
         unit: series.unit.clone(),
+        weight_unit: weights.unit,
+        scatter,
         basis,
         doubts,
+    })
+}
+
+/// Scatter between the runs, relative to the level, and its degrees of freedom; `fit` is with noise relative to the level.
+///
+/// The scatter of all readings holds where they are independent, that of what weights could make where a run's readings share its
+/// error. The wider interval is taken.
+fn between_runs(fit: &TrialFit) -> Option<(f64, usize)> {
+    let ways = [fit.misfit, fit.misfit_of_weights()].into_iter().flatten();
+    let scales = ways.map(|m| (m.chi2_per_value.sqrt(), m.freedom));
+    scales.max_by(|a, b| {
+        let half = |(scale, freedom): &(f64, usize)| scale * component_95(*freedom as f64);
+        half(a).total_cmp(&half(b))
     })
 }
 

@@ -1,15 +1,15 @@
 //! Trial weights as a table: `run,plane,magnitude_g_mm,angle_deg`, a row a weight.
 
-use std::path::Path;
-
 use nalgebra::Complex;
 
+use super::weight_unit::WeightUnit;
 use crate::error::Error;
-use crate::measurement::{ragged, text_of};
+use crate::measurement::ragged;
 use crate::spreadsheet;
 
 type C = Complex<f64>;
 
+/// Columns of a table; the unit of the weights stands in the name of the third.
 const COLUMNS: [&str; 4] = ["run", "plane", "magnitude_g_mm", "angle_deg"];
 
 /// The full set of weights of every run.
@@ -18,51 +18,85 @@ pub struct Weights {
     pub file: String,
     /// Planes, in the order in which they are named.
     pub planes: Vec<String>,
-    /// Each row: run, number of the plane, unbalance in g·mm.
+    /// Each row: run, number of the plane, unbalance in g·mm, or mass in its unit where that is one of mass.
     pub rows: Vec<(String, usize, C)>,
+    /// Unit in which the file states them.
+    pub unit: WeightUnit,
+}
+
+/// What a column of a table of weights holds: its place among [`COLUMNS`], and the unit of the weights.
+fn column(header: &str) -> Option<(usize, Option<WeightUnit>)> {
+    let header = header.trim().to_lowercase();
+    let (name, unit) = match header.find(['[', '(']) {
+        Some(at) => (header[..at].trim_end(), header[at + 1..].trim_end_matches([']', ')', ' '])),
+        None => header.split_once('_').unwrap_or((&header, "")),
+    };
+    match (name, unit) {
+        ("run", "") => Some((0, None)),
+        ("plane", "") => Some((1, None)),
+        ("magnitude", unit) => Some((2, Some(WeightUnit::of(unit)?))),
+        ("angle", "deg" | "degrees" | "°") => Some((3, None)),
+        _ => None,
+    }
 }
 
 impl Weights {
-    /// Reads a file; angles are from the keyphasor mark, with the rotation unless `against_rotation`.
+    /// Parses CSV text; `file` is for messages. Angles are from the keyphasor mark, with the rotation unless `against_rotation`.
     ///
     /// # Errors
-    /// One sentence with the file, row and column, and what was expected.
-    pub fn read(path: &Path, against_rotation: bool) -> Result<Self, Error> {
-        let (file, text) = text_of(path)?;
-        Self::parse(&file, &text, against_rotation)
-    }
-
-    /// Parses the text of a file; `file` is for messages.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
+    /// As [`of_table`](Self::of_table).
     pub fn parse(file: &str, text: &str, against_rotation: bool) -> Result<Self, Error> {
-        let wrong = |place: String, what: String| Err(Error::measurement(file, place, what));
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
-        let headers =
-            reader.headers().map_err(|e| Error::measurement(file, "header", e.to_string()))?.clone();
-        let mut at = [0; 4];
-        for (at, name) in at.iter_mut().zip(COLUMNS) {
-            let Some(found) = headers.iter().position(|h| h == name) else {
-                return wrong(
-                    "header".into(),
-                    format!("the column {name} is missing, expected {}", COLUMNS.join(",")),
-                );
-            };
-            *at = found;
-        }
-        if let Some(other) = headers.iter().find(|h| !COLUMNS.contains(h)) {
-            return wrong(
-                "header".into(),
-                format!("the column {other} is unknown, expected {}", COLUMNS.join(",")),
-            );
-        }
-        let mut all = Self { file: file.into(), ..Self::default() };
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).has_headers(false).from_reader(text.as_bytes());
+        let mut rows = Vec::new();
         for record in reader.records() {
             let record = record.map_err(|e| ragged(file, 0, &e))?;
             let line = record.position().map_or(0, csv::Position::line);
-            let place = |column: usize| format!("row {line}, column {}", COLUMNS[column]);
-            let cell = |column: usize| spreadsheet::name(record.get(at[column]).unwrap_or(""));
+            rows.push((line as usize, record.iter().map(str::to_string).collect()));
+        }
+        Self::of_table(file, &rows, against_rotation)
+    }
+
+    /// Of the rows of a table with their numbers in the file, the header first; numbers have a decimal point.
+    ///
+    /// # Errors
+    /// One sentence with the file, row and column, and what was expected.
+    pub fn of_table(
+        file: &str,
+        rows: &[(usize, Vec<String>)],
+        against_rotation: bool,
+    ) -> Result<Self, Error> {
+        let wrong = |place: String, what: String| Err(Error::measurement(file, place, what));
+        let (_, headers) = rows.first().cloned().unwrap_or_default();
+        let (mut at, mut unit) = ([None; 4], WeightUnit::default());
+        for (k, header) in headers.iter().enumerate().filter(|(_, h)| !h.is_empty()) {
+            let Some((which, stated)) = column(header) else {
+                let what = match header.to_lowercase().starts_with("magnitude") {
+                    true => format!(
+                        "the column {header} has no known unit, expected one of {}",
+                        WeightUnit::names()
+                    ),
+                    false => format!("the column {header} is unknown, expected {}", COLUMNS.join(",")),
+                };
+                return wrong("header".into(), what);
+            };
+            at[which] = Some(k);
+            unit = stated.unwrap_or(unit);
+        }
+        if let Some(missing) = (0..4).find(|which| at[*which].is_none()) {
+            let what = format!("the column {} is missing, expected {}", COLUMNS[missing], COLUMNS.join(","));
+            return wrong("header".into(), what);
+        }
+        let at = at.map(Option::unwrap_or_default);
+        let mut all = Self { file: file.into(), unit, ..Self::default() };
+        for (line, cells) in &rows[1..] {
+            let place = |column: usize| format!("row {line}, column {}", headers[at[column]]);
+            let cell =
+                |column: usize| spreadsheet::name(cells.get(at[column]).map_or("", |cell| cell.trim()));
+            if cells.len() > headers.len() {
+                let what = format!("{} cells, expected {}", cells.len(), headers.len());
+                return wrong(format!("row {line}"), what);
+            }
             if let Some(empty) = (0..2).find(|c| cell(*c).is_empty()) {
                 return wrong(place(empty), "is empty, expected a name".into());
             }
@@ -73,27 +107,26 @@ impl Weights {
                 };
                 *number = value;
             }
-            let [magnitude_g_mm, angle_deg] = numbers;
-            if magnitude_g_mm < 0.0 {
-                return wrong(
-                    place(2),
-                    format!(
-                        "{magnitude_g_mm} is negative, expected g·mm from 0 on and the angle that it is at"
-                    ),
+            let [magnitude, angle_deg] = numbers;
+            if magnitude < 0.0 {
+                let what = format!(
+                    "{magnitude} is negative, expected {} from 0 on and the angle that it is at",
+                    unit.symbol
                 );
+                return wrong(place(2), what);
             }
             let plane = all.planes.iter().position(|p| p == cell(1)).unwrap_or_else(|| {
                 all.planes.push(cell(1).into());
                 all.planes.len() - 1
             });
             let angle_deg = if against_rotation { -angle_deg } else { angle_deg };
-            let weight = C::from_polar(magnitude_g_mm, angle_deg.to_radians());
+            let weight = C::from_polar(magnitude * unit.scale(), angle_deg.to_radians());
             all.rows.push((cell(0).into(), plane, weight));
         }
-        if all.rows.is_empty() {
-            return wrong("row 2".into(), "there is no weight, expected at least one".into());
+        match all.rows.is_empty() {
+            true => wrong("row 2".into(), "there is no weight, expected at least one".into()),
+            false => Ok(all),
         }
-        Ok(all)
     }
 
     /// Weights of a run in each plane, g·mm.
@@ -119,6 +152,19 @@ mod tests {
     }
 
     #[test]
+    fn weights_are_in_the_unit_that_their_column_names() {
+        let of = |header: &str| {
+            Weights::parse("w.csv", &format!("run,plane,{header},angle_deg\nT1,A,2,0\n"), false).unwrap()
+        };
+        for (header, g_mm) in
+            [("magnitude_kg_mm", 2e3), ("Magnitude [oz-in]", 1440.155_774_75), ("magnitude_g", 2.0)]
+        {
+            assert!((of(header).of("T1")[0].re - g_mm).abs() < 1e-9 * g_mm, "{header}");
+        }
+        assert!(of("magnitude (g)").unit.is_mass() && !of("magnitude_g_cm").unit.is_mass());
+    }
+
+    #[test]
     fn what_cannot_be_read_is_named_with_row_and_column() {
         let said = |text: &str| Weights::parse("w.csv", text, false).unwrap_err().to_string();
         let header = "run,plane,magnitude_g_mm,angle_deg\n";
@@ -130,6 +176,10 @@ mod tests {
         assert!(said(&format!("{header}T,,1,0")).contains("row 2, column plane: is empty"));
         assert!(said(&format!("{header}T,A,1")).contains("row 2: 3 cells, expected 4"));
         assert!(said(header).contains("there is no weight"));
-        assert!(said("run,plane,mass,angle_deg\n").contains("the column magnitude_g_mm is missing"));
+        assert!(said("run,plane,angle_deg\n").contains("the column magnitude_g_mm is missing"));
+        assert!(said("run,plane,mass,angle_deg\n").contains("the column mass is unknown"));
+        assert!(
+            said("run,plane,magnitude_gm,angle_deg\n").contains("magnitude_gm has no known unit, expected")
+        );
     }
 }

@@ -4,10 +4,12 @@
 //! |---|---|
 //! | [`regression`] | the one fit: runs with known weights, with or without a prior |
 //! | [`trials`] | trial runs as equations, without a model of the machine |
+//! | [`contradiction`] | the one run that contradicts the others |
 //!
 //! Nothing of the machine needs to be known but that it is linear. Units are those of the runs: m and kg·m where they come with
 //! a rotor's file, else the data's own and g·mm.
 
+pub mod contradiction;
 pub mod regression;
 pub mod trials;
 
@@ -47,6 +49,23 @@ impl InfluenceCoefficients {
                 covariance[(i, j)] / (divide(i) * divide(j))
             }),
         }
+    }
+
+    /// The same among so many planes, of which these have the coefficients and the others change nothing.
+    fn among(self, these: &[usize], planes: usize) -> Self {
+        if these.len() == planes {
+            return self;
+        }
+        let mut per_weight = vec![C::from(0.0); planes];
+        let mut covariance = DMatrix::zeros(1 + planes, 1 + planes);
+        let place = |i: usize| if i == 0 { 0 } else { 1 + these[i - 1] };
+        for i in 0..=these.len() {
+            for j in 0..=these.len() {
+                covariance[(place(i), place(j))] = self.covariance[(i, j)];
+            }
+        }
+        these.iter().zip(&self.per_weight).for_each(|(plane, a)| per_weight[*plane] = *a);
+        Self { per_weight, covariance, ..self }
     }
 
     /// Takes the mean of these readings of the same fit for the machine that weights are added to.

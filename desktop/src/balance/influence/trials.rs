@@ -5,8 +5,8 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::InfluenceCoefficients;
 use super::regression::{Observation, Underdetermined, least_squares};
+use super::{InfluenceCoefficients, stacked};
 use crate::balance::ReducedChiSquare;
 use crate::balance::sense::PhaseSense;
 use crate::balance::speeds::Speeds;
@@ -42,6 +42,12 @@ pub struct Trials {
     pub planes: usize,
     pub probes: Vec<String>,
     pub speeds: Speeds,
+    /// Names of the runs, by their number.
+    pub runs: Vec<String>,
+    /// Whether `sigma` is the noise of a reading, and not only its size relative to the others'.
+    pub is_noise_known: bool,
+    /// Whether a place without weights at a speed is taken to change nothing there; else the speed is left out.
+    pub untried_is_nothing: bool,
     /// Number of the run that the weights are to be added to; none for the machine without any weight.
     pub onto: Option<usize>,
 }
@@ -51,6 +57,8 @@ pub struct TrialFit {
     pub coefficients: Vec<InfluenceCoefficients>,
     /// Misfit of the readings beyond the unknowns; `None` if there are no more readings than unknowns.
     pub misfit: Option<ReducedChiSquare>,
+    /// What each reading is off from the fit by.
+    pub residuals: Vec<RunResidual>,
     /// Whether phases have the right sign.
     pub sense: PhaseSense,
     /// Slowest and fastest of the speeds that were taken as one and lie furthest apart, rpm.
@@ -59,9 +67,60 @@ pub struct TrialFit {
     pub left_out_rpm: Vec<f64>,
 }
 
+/// One reading less the fit of its probe at its speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunResidual {
+    pub run: usize,
+    /// Number of the coefficients that it belongs to.
+    pub row: usize,
+    pub off: C,
+    pub sigma: f64,
+}
+
+impl TrialFit {
+    /// χ² per value of what moves the weights, and its degrees of freedom: the part of the runs' residuals that weights could make.
+    ///
+    /// An error of a run that all probes and speeds share, as a weight elsewhere than stated, does not average out over them. The
+    /// residual of every run is turned into the weights of least squares that would make it. Their squares are compared with those
+    /// of independent readings.
+    pub fn misfit_of_weights(&self) -> Option<ReducedChiSquare> {
+        let misfit = self.misfit?;
+        let (per_weight, _) = stacked(&self.coefficients);
+        let (rows, planes) = per_weight.shape();
+        let inverse = (per_weight.adjoint() * &per_weight).try_inverse()?;
+        let to_weights = inverse * per_weight.adjoint();
+        let runs = self.residuals.iter().map(|r| r.run).max()? + 1;
+        let mut made = DMatrix::<C>::zeros(planes, runs);
+        let mut variance = vec![0.0; rows];
+        let mut count = vec![0; rows];
+        for r in &self.residuals {
+            for j in 0..planes {
+                made[(j, r.run)] += to_weights[(j, r.row)] * r.off;
+            }
+            variance[r.row] += r.sigma * r.sigma;
+            count[r.row] += 1;
+        }
+        // complex values beyond the unknowns of a row, the same for all but lost readings
+        let beyond = misfit.freedom as f64 / (2 * rows) as f64;
+        let expected = |j: usize| -> f64 {
+            let row = |i: usize| to_weights[(j, i)].norm_sqr() * 2.0 * variance[i] / f64::from(count[i]);
+            (0..rows).map(row).sum::<f64>() * beyond
+        };
+        let ratio = |j: usize| made.row(j).norm_squared() / expected(j);
+        let chi2_per_value = (0..planes).map(ratio).sum::<f64>() / planes as f64;
+        let freedom = (2.0 * beyond * rows.min(planes) as f64).round().max(1.0) as usize;
+        chi2_per_value.is_finite().then_some(ReducedChiSquare { chi2_per_value, freedom })
+    }
+}
+
 impl Trials {
-    fn unknowns(&self) -> usize {
-        1 + self.places.len()
+    /// Places whose effect is an unknown of a probe at a speed.
+    fn tried(&self, speed: usize, probe: usize) -> Vec<usize> {
+        let is_tried = |place: &usize| {
+            let mut here = self.readings.iter().filter(|t| t.speed == speed && t.probes[probe].is_some());
+            !self.untried_is_nothing || here.any(|t| t.weights[*place].norm() > 0.0)
+        };
+        (0..self.places.len()).filter(is_tried).collect()
     }
 
     /// Largest trial weight, to scale the equations with.
@@ -69,11 +128,11 @@ impl Trials {
         self.readings.iter().flat_map(|t| &t.weights).map(|w| w.norm()).fold(f64::MIN_POSITIVE, f64::max)
     }
 
-    /// Coefficients of every probe at every speed that enough runs share.
+    /// Coefficients of every probe at every speed that enough runs share, of all runs.
     ///
     /// # Errors
-    /// One sentence if a correction plane has no trial weight, no speed has enough runs, or the phases are reversed.
-    pub fn fit(&self) -> Result<TrialFit, Error> {
+    /// One sentence if a correction plane has no trial weight, or no speed has enough runs.
+    pub fn least_squares(&self) -> Result<TrialFit, Error> {
         for (k, plane) in self.places.iter().enumerate().take(self.planes) {
             if self.readings.iter().all(|t| t.weights[k] == C::from(0.0)) {
                 return Err(Error::NoTrialWeight { plane: plane.clone() });
@@ -82,6 +141,7 @@ impl Trials {
         let mut fitted = TrialFit {
             coefficients: Vec::new(),
             misfit: None,
+            residuals: Vec::new(),
             sense: PhaseSense::new(self.probes.len()),
             widest_rpm: [1.0; 2],
             left_out_rpm: Vec::new(),
@@ -91,10 +151,14 @@ impl Trials {
             let before = fitted.coefficients.len();
             for probe in 0..self.probes.len() {
                 match self.at(speed, probe, &mut fitted.sense) {
-                    Ok((found, chi2_here, freedom_here)) => {
+                    Ok((found, off)) => {
+                        let row = fitted.coefficients.len();
+                        freedom += 2 * (off.len() - 1 - self.tried(speed, probe).len());
+                        for (run, off, sigma) in off {
+                            chi2 += off.norm_sqr() / (sigma * sigma);
+                            fitted.residuals.push(RunResidual { run, row, off, sigma });
+                        }
                         fitted.coefficients.push(found);
-                        chi2 += chi2_here;
-                        freedom += freedom_here;
                     }
                     Err(Underdetermined::Dependent) => dependent = true,
                     Err(Underdetermined::TooFew) => (),
@@ -110,19 +174,18 @@ impl Trials {
         if fitted.coefficients.is_empty() {
             return Err(self.why_none(dependent));
         }
-        fitted.sense.check(&self.probes)?;
         fitted.misfit =
             (freedom > 0).then(|| ReducedChiSquare { chi2_per_value: chi2 / freedom as f64, freedom });
         Ok(fitted)
     }
 
-    /// Coefficients of one probe at one speed, with χ² and its degrees of freedom.
+    /// Coefficients of one probe at one speed, and what each run is off from them by, with its standard deviation.
     fn at(
         &self,
         speed: usize,
         probe: usize,
         sense: &mut PhaseSense,
-    ) -> Result<(InfluenceCoefficients, f64, usize), Underdetermined> {
+    ) -> Result<(InfluenceCoefficients, Vec<(usize, C, f64)>), Underdetermined> {
         let here = self.readings.iter().filter(|t| t.speed == speed);
         let rows: Vec<(&TrialReading, MeasuredPhasor)> =
             here.filter_map(|t| Some((t, t.probes[probe]?))).collect();
@@ -130,14 +193,18 @@ impl Trials {
             return Err(Underdetermined::TooFew);
         }
         let scale = self.largest();
+        let tried = self.tried(speed, probe);
+        if tried.is_empty() {
+            return Err(Underdetermined::TooFew);
+        }
         let observation = |(t, y): &(&TrialReading, MeasuredPhasor)| Observation {
-            weights: t.weights.iter().map(|w| w / scale).collect(),
+            weights: tried.iter().map(|place| t.weights[*place] / scale).collect(),
             phasor: y.phasor,
             sigma: y.sigma,
         };
         let observed: Vec<Observation> = rows.iter().map(observation).collect();
         let fit = least_squares(&observed)?;
-        let unknowns = self.unknowns();
+        let unknowns = 1 + tried.len();
         let design = DMatrix::from_fn(rows.len(), unknowns, |i, j| match j {
             0 => C::from(observed[i].sigma.recip()),
             _ => observed[i].weights[j - 1] / observed[i].sigma,
@@ -146,13 +213,16 @@ impl Trials {
         sense.add(probe, &design, &measured);
         let left = measured - design * fit.complex_mean(0);
         let speed_rpm = self.speeds.mean_rpm[speed];
-        let mut found = InfluenceCoefficients::new(probe, speed_rpm, &fit, self.planes, scale);
+        let planes: Vec<usize> = tried.into_iter().filter(|place| *place < self.planes).collect();
+        let mut found = InfluenceCoefficients::new(probe, speed_rpm, &fit, planes.len(), scale);
         if let Some(run) = self.onto {
             let own: Vec<&Observation> =
                 rows.iter().zip(&observed).filter(|((t, _), _)| t.run == run).map(|(_, o)| o).collect();
             found.start_from(&own, &fit, scale);
         }
-        Ok((found, left.norm_squared(), 2 * (rows.len() - unknowns)))
+        let found = found.among(&planes, self.planes);
+        let off = rows.iter().zip(left.iter()).map(|((t, y), left)| (t.run, left * y.sigma, y.sigma));
+        Ok((found, off.collect()))
     }
 
     /// Why no speed has coefficients.

@@ -5,23 +5,24 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::Args;
 use rotor_edge_desktop::balance::alone::library::Library;
-use rotor_edge_desktop::balance::alone::stated::Weights;
-use rotor_edge_desktop::balance::alone::{CorrectionRequest, MachineInfluence, correct, runs};
+use rotor_edge_desktop::balance::alone::{CorrectionRequest, MachineInfluence, amplitudes, correct, runs};
 use rotor_edge_desktop::measurement;
 
 use super::Arguments;
 use crate::answers::balance::{AngleSense, TrialBalance};
 use crate::command::output::{self, Json};
+use crate::ingest::readings::amplitudes as without_phase;
+use crate::ingest::weights;
 use crate::render;
 use crate::terminal;
 
 /// What the command line asks where there is no rotor's file.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Without a rotor's file: runs with trial weights, measured.csv, amplitudes in any one unit (<probe>_cos_<unit>)
+    /// Without a rotor's file: runs with trial weights, measured.csv, amplitudes in any one unit (<probe>_cos_<unit>); or a table of amplitudes without phase
     #[arg(long, value_name = "DATA", conflicts_with_all = ["rotor", "data"])]
     trial_only: Option<PathBuf>,
-    /// Weights of each run: run,plane,magnitude_g_mm,angle_deg; a run without any is the base
+    /// Weights of each run: run,plane,magnitude_g_mm,angle_deg, or magnitude_oz_in, magnitude_g and the like; a run without any is the base
     #[arg(long, value_name = "FILE", requires = "trial_only", conflicts_with = "coefficients")]
     weights: Option<PathBuf>,
     /// Influence coefficients of the machine from earlier runs: one run is then enough
@@ -74,10 +75,24 @@ fn machine(data: &Path, arguments: &Arguments, request: &CorrectionRequest) -> R
     let of_data = || data.display().to_string();
     match (&options.weights, &options.coefficients) {
         (Some(weights), _) => {
-            let weights = Weights::read(weights, arguments.against_rotation)?;
-            let series = runs::read(data, &weights)?;
-            let machine = runs::machine(&series, &weights, request).with_context(of_data)?;
+            let weights = weights::read(weights, arguments.against_rotation)?;
+            let machine = match runs::read(data, &weights) {
+                Ok(series) => runs::machine(&series, &weights, request),
+                Err(why) => {
+                    let Some(series) = without_phase::read(data)? else { return Err(why.into()) };
+                    runs::check(&series, data, &weights)?;
+                    amplitudes::machine(&series, &weights, request)
+                }
+            }
+            .with_context(of_data)?;
             if let Some(path) = &options.write_coefficients {
+                if machine.sets.is_some() {
+                    bail!(
+                        "{}: the trial weights are in fixed proportions over the planes, expected a run with a weight in each plane for \
+                         --write-coefficients",
+                        weights.file
+                    );
+                }
                 let library = Library::of(&machine, vec![of_data(), weights.file.clone()]);
                 output::file(path, library.text()?.as_bytes())?;
             }

@@ -49,6 +49,9 @@ pub struct Mapping {
     pub phase_shift: Vec<String>,
     /// Columns by name or number.
     pub column: Vec<Rule>,
+    /// Whether amplitudes are used without phases.
+    #[serde(skip)]
+    pub amplitudes_alone: bool,
 }
 
 impl Mapping {
@@ -96,6 +99,7 @@ impl Mapping {
             slow_roll: self.slow_roll.or(other.slow_roll),
             phase_shift: if self.phase_shift.is_empty() { other.phase_shift } else { self.phase_shift },
             column: self.column.into_iter().chain(other.column).collect(),
+            amplitudes_alone: self.amplitudes_alone || other.amplitudes_alone,
         }
     }
 }

@@ -7,9 +7,11 @@
 //! | `times`, `date_order`, `join` | times that rows do not state in full, rows of one reading joined |
 //! | `status` | columns that say which values are valid |
 //! | `record`, `row`, `cells` | rows as readings |
+//! | `amplitudes` | tables without phase |
 //! | `repair` | stale values, outliers, a phase reference that was moved |
 //! | `written` | the readings as `measured.csv`, with the mapping as its header comment |
 
+pub(crate) mod amplitudes;
 pub(crate) mod assign;
 pub(crate) mod cells;
 mod date_order;

@@ -159,7 +159,8 @@ fn whole(
             Real => Imaginary,
             _ => Real,
         };
-        if !all.contains(&(other, target.probe.as_deref())) {
+        let is_whole = mapping.amplitudes_alone && target.quantity == Amplitude;
+        if !is_whole && !all.contains(&(other, target.probe.as_deref())) {
             let of = target.probe.as_deref().map_or(String::new(), |probe| format!(" of {probe}"));
             bail!(
                 "{place}: there is the {}{of} and no {}, expected both, or --column \"NAME=left\"",
@@ -316,7 +317,7 @@ fn decimal(table: &ReadingTable, assigned: &[AssignedColumn]) -> Result<Decimal>
     let numeric =
         |c: &&AssignedColumn| c.target.quantity.is_of_probe() || c.target.quantity == Quantity::Speed;
     let columns: Vec<usize> = assigned.iter().filter(numeric).map(|c| c.header.index).collect();
-    let mut seen = number::Seen::default();
+    let mut seen = number::DecimalMarks::default();
     table
         .rows
         .for_each(|row| columns.iter().filter_map(|c| row.cell(*c).as_text()).for_each(|t| seen.add(t)));
