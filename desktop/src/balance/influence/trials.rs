@@ -14,6 +14,9 @@ use crate::error::Error;
 
 type C = Complex<f64>;
 
+/// Weights below this, relative to the largest, are rounding.
+const ROUNDING: f64 = 1e-9;
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredPhasor {
     /// In m with a rotor's file, else in the data's own unit.
@@ -116,9 +119,11 @@ impl TrialFit {
 impl Trials {
     /// Places whose effect is an unknown of a probe at a speed.
     fn tried(&self, speed: usize, probe: usize) -> Vec<usize> {
+        // weights of sets are found by a linear map, and one that is not there is then zero but for rounding
+        let least = ROUNDING * self.largest();
         let is_tried = |place: &usize| {
             let mut here = self.readings.iter().filter(|t| t.speed == speed && t.probes[probe].is_some());
-            !self.untried_is_nothing || here.any(|t| t.weights[*place].norm() > 0.0)
+            !self.untried_is_nothing || here.any(|t| t.weights[*place].norm() > least)
         };
         (0..self.places.len()).filter(is_tried).collect()
     }
