@@ -121,10 +121,13 @@ fn other_figures() -> Vec<Figure> {
         ],
         events: vec![(125.0, "ring replaced".into()), (320.0, "new model on the controller".into())],
         flags: vec![127.0],
-        band: Some((
+        bands: vec![(
             "95 %".into(),
             days().map(|d| [d, 0.8 * ratio(d, 0.398), 1.2 * ratio(d, 0.398)]).collect(),
-        )),
+        )],
+        limits: vec![("limit".into(), 1.0 / 3.0)],
+        begin: Some("2024-03-01T05:00:00Z".into()),
+        ..Trend::default()
     };
     let bar = |label: &str, share: f64| Bar {
         label: label.into(),

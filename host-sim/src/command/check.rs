@@ -12,7 +12,6 @@ use super::output::{self, Json};
 use crate::answers::check::CheckAnswer;
 use crate::command::shell;
 use crate::render;
-use crate::say;
 use crate::terminal;
 
 /// What the command line asks of the command.
@@ -50,18 +49,22 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     working.finish_and_clear();
     let answer = CheckAnswer::from(&found);
     if let Some(path) = &arguments.form.report {
+        let story = render::check::story(&answer, &found, next(arguments));
         let sections = render::check::sections(&answer, &found);
-        output::report(path, &format!("{}: what its drawing says", rotor.name), sections)?;
+        output::story(path, &format!("{}: what its drawing says", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
     }
     terminal::print(&render::check::text(&answer));
-    say!(
-        "\nNext: hold the model against measurements\n  rotor-edge compare {} measured.csv",
-        shell::path(&arguments.rotor)
-    );
+    output::say_next(&next(arguments));
     Ok(None)
+}
+
+/// What to do, and the command for it.
+fn next(arguments: &Arguments) -> output::Next {
+    let command = format!("rotor-edge compare {} measured.csv", shell::path(&arguments.rotor));
+    ("hold the model against measurements".into(), Some(command))
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         let story = render::fitted::of_model(&drawn, sure, (words.clone(), Some(command.clone())));
         let mut sections = render::fitted::compared(&rotor, &drawn);
         sections.push(findings::section(&answer.noise, &answer.determined, &[], None));
-        output::story(path, &format!("{}: model against measurement", rotor.name), Some(&story), sections)?;
+        output::story(path, &format!("{}: model against measurement", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);

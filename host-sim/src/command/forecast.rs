@@ -126,8 +126,9 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     );
     if let Some(path) = &arguments.form.report {
         let curves: Vec<SeriesCurves> = forecasts.iter().map(|f| SeriesCurves::of(&history, f)).collect();
+        let story = render::forecast::story(&answer, &curves, dates);
         let sections = render::forecast::sections(&answer, &curves, dates);
-        output::report(path, "Forecast of the unbalance", sections)?;
+        output::story(path, "Forecast of the unbalance", &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);

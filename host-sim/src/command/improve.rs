@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         let (words, command) = next.clone();
         let story = render::improve::story(&answer, &drawn, (words, Some(command)));
         let sections = render::improve::sections(&answer, &rotor, &drawn);
-        output::story(path, &format!("{}: before and after", rotor.name), Some(&story), sections)?;
+        output::story(path, &format!("{}: before and after", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);

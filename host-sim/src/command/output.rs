@@ -183,13 +183,28 @@ pub fn refuse_what_exists<'a>(targets: impl IntoIterator<Item = &'a PathBuf>, fo
     }
 }
 
+/// What to do after a command, in words that begin with a small letter, and the command that does it.
+pub type Next = (String, Option<String>);
+
+/// Tells on standard output what to do next.
+pub fn say_next((words, command): &Next) {
+    terminal::print(&format!(
+        "\nNext: {words}{}\n",
+        command.as_ref().map_or(String::new(), |command| format!("\n  {command}"))
+    ));
+}
+
 /// Writes a report, whole or not at all.
 pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
-    story(path, title, None, sections)
+    write_page(path, title, None, sections)
 }
 
 /// Writes a report that begins with a story, whole or not at all.
-pub fn story(path: &Path, title: &str, story: Option<&Story>, mut sections: Vec<Section>) -> Result<()> {
+pub fn story(path: &Path, title: &str, story: &Story, sections: Vec<Section>) -> Result<()> {
+    write_page(path, title, Some(story), sections)
+}
+
+fn write_page(path: &Path, title: &str, story: Option<&Story>, mut sections: Vec<Section>) -> Result<()> {
     sections.push(provenance::section(path));
     file(path, page(title, story, &sections, glossary::said_in).as_bytes())?;
     tell(&format!("{} holds the report; open it in a browser", path.display()));

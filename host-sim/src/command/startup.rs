@@ -114,21 +114,34 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     }
     let answer = StartupAnswer::from(&evaluated);
     if let Some(path) = &arguments.form.report {
+        let story = render::startup::story(&answer, &evaluated, next(arguments));
         let sections = render::startup::sections(&answer, &evaluated);
-        output::report(path, &format!("{}: start-up", rotor.name), sections)?;
+        output::story(path, &format!("{}: start-up", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
     }
     terminal::print(&render::startup::text(&answer, &evaluated));
     if let Some(path) = &arguments.output {
-        say!(
-            "\nImproved model written to {}.\nNext: find the correction weights\n  rotor-edge balance {} {}{}",
-            path.display(),
-            shell::path(path),
-            shell::path(&arguments.data),
-            arguments.runout
-        );
+        say!("\nImproved model written to {}.", path.display());
     }
+    output::say_next(&next(arguments));
     Ok(None)
+}
+
+/// What to do, and the command for it.
+fn next(arguments: &Arguments) -> output::Next {
+    let Some(path) = &arguments.output else {
+        return (
+            "the same with -o better.toml, and then correction weights with rotor-edge balance".into(),
+            None,
+        );
+    };
+    let command = format!(
+        "rotor-edge balance {} {}{}",
+        shell::path(path),
+        shell::path(&arguments.data),
+        arguments.runout
+    );
+    ("find the correction weights".into(), Some(command))
 }

@@ -1,15 +1,28 @@
 //! Text and section of an answer of `balance` with a rotor's file.
 
+use nalgebra::Complex;
+use rotor_edge_desktop::balance::places::Holes;
+
 use super::text;
 use super::trend::{Trend, trend};
-use super::{Figure, PageTable, Section, identifier};
-use crate::answers::balance::{BalanceAnswer, PieceAnswer, VibrationAtSpeed, WayAnswer, WeightAnswer};
+use super::weights::{Weight, weights};
+use super::{Figure, PageTable, Section, Story, identifier};
+use crate::answers::balance::{
+    AngleSense, BalanceAnswer, PieceAnswer, VibrationAtSpeed, WayAnswer, WeightAnswer,
+};
+use crate::scale::three_digits;
+
+/// Least vibration that a sentence states, of that before.
+const LEAST_LEFT: f64 = 1e-3;
+/// Planes that one sentence lists before the last.
+const MOST_IN_A_SENTENCE: usize = 2;
 
 const COLUMNS: [&str; 5] = ["by", "plane", "unbalance to add, g·mm", "angle", "weight"];
 
 /// The whole answer on a terminal.
 pub fn text(answer: &BalanceAnswer) -> String {
-    let mut text = format!(
+    let mut text = format!("{}\n\n", verdict(answer));
+    text += &format!(
         "Correction weights for the machine without trial weights; angles from the keyphasor mark, {}\n{}\n",
         answer.angles,
         text::table(&COLUMNS, &rows(answer))
@@ -21,6 +34,129 @@ pub fn text(answer: &BalanceAnswer) -> String {
     }
     answer.remarks.iter().for_each(|remark| text += &format!("{remark}\n"));
     text
+}
+
+/// The way that the answer relies on: the first that describes the data, else the first.
+fn relied_on(answer: &BalanceAnswer) -> &WayAnswer {
+    answer.ways.iter().find(|way| way.model_adequate).unwrap_or(&answer.ways[0])
+}
+
+/// The weights and what they do, in one sentence.
+fn verdict(answer: &BalanceAnswer) -> String {
+    let way = relied_on(answer);
+    let weight = |w: &WeightAnswer| format!("{} g·mm at {:.0}°", three_digits(w.unbalance_g_mm), w.angle_deg);
+    let weights: Vec<(&str, String)> = way.weights.iter().map(|w| (w.plane.as_str(), weight(w))).collect();
+    let vibration = &way.vibration_um;
+    weights_in_a_sentence(&weights, [vibration.before, vibration.after], "µm 0-pk")
+}
+
+/// Weights by plane, and the vibration before and with them.
+pub(super) fn weights_in_a_sentence(
+    weights: &[(&str, String)],
+    [before, after]: [f64; 2],
+    unit: &str,
+) -> String {
+    let all: Vec<String> =
+        weights.iter().map(|(plane, weight)| format!("{weight} in plane {plane}")).collect();
+    let all = match &all[..] {
+        [before @ .., last] if !before.is_empty() && before.len() <= MOST_IN_A_SENTENCE => {
+            format!("{} and {last}", before.join(", "))
+        }
+        [only] => only.clone(),
+        more => format!("weights in {} planes", more.len()),
+    };
+    // as many weights as probes leave rounding errors, which are no prediction
+    let least = LEAST_LEFT * before;
+    let b = three_digits(before);
+    let a = if after < least { format!("under {}", three_digits(least)) } else { three_digits(after) };
+    let less = match 100.0 * (1.0 - after / before) {
+        less if less > 99.0 => "over 99".to_string(),
+        less => format!("{less:.0}"),
+    };
+    match after < before {
+        true => format!("Add {all}: the vibration falls from {b} to {a} {unit} ({less} % less)."),
+        false => format!("No weight that is allowed reduces the vibration of {b} {unit}."),
+    }
+}
+
+/// The first screen of the page; `holes` are those that weights were placed in.
+pub fn story(answer: &BalanceAnswer, holes: Option<&Holes>) -> Story {
+    let way = relied_on(answer);
+    let sense = match answer.angles == AngleSense::AgainstRotation.words() {
+        true => -1.0,
+        false => 1.0,
+    };
+    let place = |w: &WeightAnswer| match &w.placed[..] {
+        [piece] if piece.hole.is_none() && piece.mass_g.is_none() => {
+            format!("Plane {}, at {} {}.", w.plane, angle(way, w), answer.angles)
+        }
+        placed => format!("Plane {}, at {} {}: {}.", w.plane, angle(way, w), answer.angles, pieces(placed)),
+    };
+    let other = |other: &WayAnswer| {
+        let weights = other.weights.iter().map(|w| {
+            format!("{} g·mm at {:.0}° in plane {}", three_digits(w.unbalance_g_mm), w.angle_deg, w.plane)
+        });
+        format!("By the {}: {}.", other.by, weights.collect::<Vec<_>>().join(", "))
+    };
+    let others = answer.ways.iter().filter(|o| o.by != way.by).map(other);
+    let [low, high] = way.vibration_um.after_interval_95;
+    let sure = match way.model_adequate {
+        true => format!(
+            "By the {}: {} to {} µm 0-pk with the weights (95 %).",
+            way.by,
+            three_digits(low),
+            three_digits(high)
+        ),
+        false => format!("By the {}, whose misfit noise does not explain, so no interval is stated.", way.by),
+    };
+    let grade = &way.grade_mm_s;
+    let mut answers = vec![
+        ("Where", way.weights.iter().map(place).collect::<Vec<_>>().join(" ")),
+        ("How sure", std::iter::once(sure).chain(others).collect::<Vec<_>>().join(" ")),
+        (
+            "How much better",
+            format!(
+                "Balance grade G {} becomes G {} at {:.0} rpm.",
+                three_digits(grade.before),
+                three_digits(grade.after),
+                answer.service_rpm
+            ),
+        ),
+    ];
+    answers.extend((!answer.remarks.is_empty()).then(|| ("Doubts", answer.remarks.join(" "))));
+    let next = match way.model_adequate {
+        true => format!(
+            "Put the weights in and repeat the run. More than {} µm 0-pk means a wrong place or a changed machine.",
+            three_digits(high)
+        ),
+        false => "Put the weights in and repeat the run before you rely on them.".into(),
+    };
+    let drawn: Vec<Weight> = way
+        .weights
+        .iter()
+        .map(|w| Weight {
+            plane: w.plane.clone(),
+            wanted: Complex::from_polar(w.unbalance_g_mm, (sense * w.angle_deg).to_radians()),
+            placed: w.placed.iter().map(|p| (p.unbalance_g_mm, p.hole)).collect(),
+        })
+        .collect();
+    Story {
+        verdict: verdict(answer),
+        answers,
+        next: (next, None),
+        beside: vec![around_the_shaft(&drawn, holes, sense < 0.0)],
+        below: Vec::new(),
+    }
+}
+
+/// The weights on a polar plot.
+pub(super) fn around_the_shaft(drawn: &[Weight], holes: Option<&Holes>, against_rotation: bool) -> Figure {
+    let holes_are = if holes.is_some() { " Small circles on the rim: holes." } else { "" };
+    Figure::new(
+        "Weights around the shaft",
+        format!("Lines: the unbalance to add in each plane; rings: the pieces that are put in.{holes_are}"),
+        weights(drawn, holes, against_rotation),
+    )
 }
 
 /// The weights, and the vibration with and without them.
@@ -145,4 +281,19 @@ fn legend(answer: &BalanceAnswer) -> String {
          grades are those of ISO 21940-11 at {:.0} rpm, in mm/s.",
         answer.service_rpm
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_sentence_states_no_rounding_error_and_no_false_gain() {
+        let weights = [("A", "30.0 g·mm at 220°".to_string()), ("B", "20.0 g·mm at 80°".to_string())];
+        let said = |after| weights_in_a_sentence(&weights, [36.8, after], "µm 0-pk");
+        let head = "Add 30.0 g·mm at 220° in plane A and 20.0 g·mm at 80° in plane B: the vibration falls from 36.8 to ";
+        assert_eq!(said(8.7e-15), format!("{head}under 0.0368 µm 0-pk (over 99 % less)."));
+        assert_eq!(said(9.2), format!("{head}9.20 µm 0-pk (75 % less)."));
+        assert_eq!(said(40.0), "No weight that is allowed reduces the vibration of 36.8 µm 0-pk.");
+    }
 }

@@ -64,6 +64,10 @@ pub struct Axis {
     pub rows: Vec<String>,
     /// Whether it is left away.
     pub is_hidden: bool,
+    /// Whether equal ratios are equally long; then [`Axis::from`] and [`Axis::to`] are stated and positive.
+    pub is_log: bool,
+    /// The moment of zero in ISO 8601, of an axis of days; its labels are then dates.
+    pub begin: Option<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -78,6 +82,8 @@ pub struct ChartSeries {
     pub rows: Vec<Vec<f64>>,
     /// What is written at each point, of [`Look::Words`].
     pub words: Vec<String>,
+    /// Whether a line is drawn as a curve through its points, as a bent shaft is.
+    pub is_curved: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -101,6 +107,8 @@ pub enum Look {
     Marks,
     /// A faint line that nobody points at.
     Faint,
+    /// A line that must not be crossed.
+    Limit,
     /// Triangles that stand on the lower axis.
     Flags,
     /// Words at points, faint or not, beginning, ending or centred there.
@@ -210,7 +218,15 @@ impl Chart {
     ) {
         let round = |row: R| row.into().into_iter().map(|value| round_to(value, DIGITS)).collect();
         let rows = rows.into_iter().map(round).collect();
-        self.series.push(ChartSeries { name, panel, look, columns, rows, words: Vec::new() });
+        self.series.push(ChartSeries {
+            name,
+            panel,
+            look,
+            columns,
+            rows,
+            words: Vec::new(),
+            is_curved: false,
+        });
     }
 
     /// The place where the page's script draws it, with the numbers.

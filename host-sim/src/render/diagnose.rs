@@ -8,6 +8,7 @@ use rotor_edge_desktop::significance::percent;
 use super::bars::{Bar, bars};
 use super::findings::{self, OUTSIDE};
 use super::fitted::{self, FittedCurves, Unnamed};
+use super::text::capital;
 use super::{Figure, PageTable, Section, Story};
 use crate::answers::diagnose::{AdviceAnswer, CandidateAnswer, DiagnosisAnswer, FittedAnswer};
 
@@ -96,13 +97,12 @@ pub fn story(found: &DiagnosisAnswer, drawn: &FittedCurves, next: (String, Optio
         }
         (Some(best), _) => format!(
             "{} probable; {} chance that the model is complete.",
-            fitted::capital(&percent(best.probability)),
+            capital(&percent(best.probability)),
             percent(found.nothing_missing)
         ),
         _ => fitted::how_complete(found.nothing_missing),
     };
-    let unplaced =
-        |wrong: &str| Unnamed { wrong: wrong.into(), place: "The position cannot be determined.".into() };
+    let unplaced = |wrong: &str| Unnamed::of(wrong, "The position cannot be determined.");
     let unnamed = match (&found.unknown, found.verdict) {
         (Some(cause), _) => Unnamed::cause(cause),
         (None, "adequate" | "not_determined") => Unnamed::complete(),

@@ -119,29 +119,39 @@ const PLACED: f64 = 0.5;
 
 /// A cause outside the list, in sentences.
 pub fn unknown(cause: &UnknownCauseAnswer) -> String {
-    let is_placed = cause.place_probability > PLACED;
+    let growth = growth(cause).map_or_else(String::new, |growth| format!(" {growth}"));
+    format!(
+        "An unknown effect is missing ({} probable). {}{growth} Possible causes: {}.",
+        percent(cause.probability),
+        nature(cause, true),
+        cause.looks_like
+    )
+}
+
+/// Whether its place is more probable than all others together.
+pub fn is_placed(cause: &UnknownCauseAnswer) -> bool {
+    cause.place_probability > PLACED
+}
+
+/// What it acts like, and where if that is `placed` in the same sentence.
+pub fn nature(cause: &UnknownCauseAnswer, placed: bool) -> String {
     let probable = percent(cause.place_probability);
-    let nature = match (cause.acts_like, &cause.drawing) {
-        (_, Some(drawing)) if is_placed => {
+    match (cause.acts_like, &cause.drawing) {
+        (_, Some(drawing)) if is_placed(cause) => {
             format!(
                 "The drawing deviates by more than its tolerance ({probable} probable), most in {drawing}."
             )
         }
         (_, Some(_)) => "It acts like an error of the drawing; which one cannot be determined.".into(),
-        ("bearings", None) => acts(cause, "bearings whose coefficients change with speed"),
-        ("stiffness", None) => acts(cause, "a support that the model lacks"),
-        _ => acts(cause, "a force"),
-    };
-    format!(
-        "An unknown effect is missing ({} probable). {nature} Possible causes: {}.",
-        percent(cause.probability),
-        cause.looks_like
-    )
+        ("bearings", None) => acts(cause, "bearings whose coefficients change with speed", placed),
+        ("stiffness", None) => acts(cause, "a support that the model lacks", placed),
+        _ => acts(cause, "a force", placed),
+    }
 }
 
 /// Where an unknown cause acts, where that is known.
 pub fn place(cause: &UnknownCauseAnswer) -> String {
-    match cause.place_probability > PLACED {
+    match is_placed(cause) {
         true => format!(
             "{:.3} m from the left end ({} probable)",
             cause.position_m,
@@ -151,11 +161,20 @@ pub fn place(cause: &UnknownCauseAnswer) -> String {
     }
 }
 
-fn acts(cause: &UnknownCauseAnswer, as_what: &str) -> String {
-    let place = match cause.place_probability > PLACED {
-        true => format!(", most likely {}", place(cause)),
-        false => format!("; {}", place(cause)),
+fn acts(cause: &UnknownCauseAnswer, as_what: &str, placed: bool) -> String {
+    let place = match (placed, is_placed(cause)) {
+        (false, _) => String::new(),
+        (true, true) => format!(", most likely {}", place(cause)),
+        (true, false) => format!("; {}", place(cause)),
     };
+    format!("It acts like {as_what}{place}.")
+}
+
+/// How the force of an unknown cause grows with speed; none of an error of the drawing.
+pub fn growth(cause: &UnknownCauseAnswer) -> Option<String> {
+    if cause.drawing.is_some() {
+        return None;
+    }
     let (force_n, speed_rpm) = (cause.force_n.unwrap_or(f64::NAN), cause.speed_rpm.unwrap_or(f64::NAN));
     let force_n = three_digits(force_n);
     let growth = match cause.force_growth {
@@ -166,7 +185,7 @@ fn acts(cause: &UnknownCauseAnswer, as_what: &str) -> String {
         Some(ForceGrowth::Peaked) | None => format!("is largest at {speed_rpm:.0} rpm, {force_n} N"),
     };
     let whirl = cause.whirl.unwrap_or("forward and backward");
-    format!("It acts like {as_what}{place}. The force {growth}, in {whirl} whirl.")
+    Some(format!("The force {growth}, in {whirl} whirl."))
 }
 
 /// Fitted parameters, one line each, with their 95 % intervals where the model with them describes the data.

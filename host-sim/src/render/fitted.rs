@@ -8,6 +8,7 @@ use rotor_edge_desktop::significance::percent;
 use super::bars::{Bar, bars};
 use super::comparison::{ComparedModel, comparison_sections, noise_error, verdict};
 use super::sketch::{Mark, sketch};
+use super::text::capital;
 use super::trend::{Trend, trend};
 use super::{Figure, Section, Story, findings};
 use crate::answers::diagnose::{CandidateAnswer, FittedAnswer};
@@ -50,10 +51,7 @@ pub fn of_model(drawn: &FittedCurves, sure: f64, next: (String, Option<String>))
     let said = verdict(&drawn.models[0].comparison);
     let unnamed = match drawn.models[0].comparison.verdict {
         Adequacy::Adequate => Unnamed::complete(),
-        Adequacy::Misses => Unnamed {
-            wrong: "An effect is missing; the diagnosis looks for it.".into(),
-            place: String::new(),
-        },
+        Adequacy::Misses => Unnamed::of("An effect is missing; the diagnosis looks for it.", ""),
     };
     let mut story = story(&said[0], (&[], &unnamed), &[], drawn, how_complete(sure), next);
     story.answers[1].1 = said[1..].join(" ");
@@ -61,20 +59,41 @@ pub fn of_model(drawn: &FittedCurves, sure: f64, next: (String, Option<String>))
 }
 
 /// What is said where no effect is named.
+#[derive(Default)]
 pub(super) struct Unnamed {
     pub wrong: String,
     pub place: String,
+    /// More that is known of a cause.
+    pub more: Vec<(&'static str, String)>,
+    /// Where along the shaft it acts, where that is known.
+    pub mark: Option<Mark>,
 }
 
 impl Unnamed {
     /// Of a model that lacks nothing visible.
     pub fn complete() -> Self {
-        Self { wrong: "No missing effect is visible in these data.".into(), place: "–".into() }
+        Self::of("No missing effect is visible in these data.", "–")
+    }
+
+    pub fn of(wrong: &str, place: &str) -> Self {
+        Self { wrong: wrong.into(), place: place.into(), ..Self::default() }
     }
 
     /// Of a cause that no known effect is.
     pub fn cause(cause: &UnknownCauseAnswer) -> Self {
-        Self { wrong: findings::unknown(cause), place: format!("{}.", capital(&findings::place(cause))) }
+        let growth = findings::growth(cause).map(|growth| ("How it grows", growth));
+        let looks_like = ("What looks like it", format!("{}.", capital(cause.looks_like)));
+        let is_marked = cause.drawing.is_none() && findings::is_placed(cause);
+        Self {
+            wrong: findings::nature(cause, false),
+            place: format!("{}.", capital(&findings::place(cause))),
+            more: growth.into_iter().chain([looks_like]).collect(),
+            mark: is_marked.then(|| Mark {
+                position_m: cause.position_m,
+                text: format!("unknown, {:.0} %", 100.0 * cause.place_probability),
+                is_main: true,
+            }),
+        }
     }
 }
 
@@ -100,22 +119,20 @@ pub(super) fn story(
     let inspect: Vec<&str> = main.iter().map(|c| c.inspect).collect();
     let inspect = (!inspect.is_empty()).then(|| ("Inspect", inspect.join(" ")));
     let noise = noise_error(&models[models.len() - 1], drawn.readings);
+    let known = unnamed.more.iter().filter(|_| main.is_empty()).cloned();
+    let mark = unnamed.mark.as_ref().filter(|_| main.is_empty());
+    let place = if main.is_empty() { unnamed.place.clone() } else { places(drawn.rotor, main) };
+    let how_much_is = if models.len() > 1 { "How much better" } else { "How large the error" };
     Story {
         verdict: sentence.into(),
-        answers: [
-            ("What is wrong", wrong),
-            ("Where", if main.is_empty() { unnamed.place.clone() } else { places(drawn.rotor, main) }),
-            ("How sure", how_sure),
-            (
-                if models.len() > 1 { "How much better" } else { "How large the error" },
-                how_much(models, noise),
-            ),
-        ]
-        .into_iter()
-        .chain(inspect)
-        .collect(),
-        next: (capital(&next.0), next.1),
-        beside: vec![machine(drawn.rotor, candidates, main), steps(models, noise)],
+        answers: [("What is wrong", wrong), ("Where", place)]
+            .into_iter()
+            .chain(known)
+            .chain([("How sure", how_sure), (how_much_is, how_much(models, noise))])
+            .chain(inspect)
+            .collect(),
+        next,
+        beside: vec![machine(drawn.rotor, candidates, main, mark), steps(models, noise)],
         below: drawn.motion.iter().map(deflection).collect(),
     }
 }
@@ -130,7 +147,12 @@ fn position_m(rotor: &Rotor, name: &str) -> Option<f64> {
 }
 
 /// The machine with every place that something may be missing at; `main` are the effects that the page is about.
-fn machine(rotor: &Rotor, candidates: &[CandidateAnswer], main: &[&FittedAnswer]) -> Figure {
+fn machine(
+    rotor: &Rotor,
+    candidates: &[CandidateAnswer],
+    main: &[&FittedAnswer],
+    unknown: Option<&Mark>,
+) -> Figure {
     let is_main = |at: &str| main.iter().any(|c| c.at.as_deref() == Some(at));
     let mut marks: Vec<Mark> = Vec::new();
     let mut elsewhere = Vec::new();
@@ -153,10 +175,14 @@ fn machine(rotor: &Rotor, candidates: &[CandidateAnswer], main: &[&FittedAnswer]
         };
         marks.push(Mark { position_m, text: format!("{:.0} %", 100.0 * probability), is_main: is_main(at) });
     }
-    let mut caption = String::from(
-        "To scale; triangles are bearings, arrows probes, dashed lines planes. Rings: where one missing effect alone would be, \
-         with its probability there.",
-    );
+    let mut caption = String::from("To scale; triangles are bearings, arrows probes, dashed lines planes.");
+    if !marks.is_empty() {
+        caption += " Rings: where one missing effect alone would be, with its probability there.";
+    }
+    if let Some(unknown) = unknown {
+        marks.push(unknown.clone());
+        caption += " Thick ring: where the unknown effect acts.";
+    }
     if !elsewhere.is_empty() {
         caption += &format!(" Of the machine as a whole, or of a run: {}.", elsewhere.join(", "));
     }
@@ -175,6 +201,7 @@ fn deflection(motion: &ShaftMotion) -> Figure {
             measured: (!clearances.is_empty()).then(|| ("clearance".into(), clearances.clone())),
             curves: motion.shafts.clone(),
             events: motion.bearings.clone(),
+            is_curved: true,
             ..Trend::default()
         }),
     )
@@ -225,9 +252,4 @@ fn steps(models: &[ComparedModel], noise: f64) -> Figure {
         ),
         bars(&models.iter().enumerate().map(bar).collect::<Vec<_>>()),
     )
-}
-
-pub(super) fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

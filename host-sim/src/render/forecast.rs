@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 
 use rotor_edge_desktop::significance::percent;
 
-use super::fitted::capital;
+use super::text::capital;
 use super::trend::{Trend, trend};
-use super::{Figure, PageTable, Section};
+use super::{Figure, PageTable, Section, Story};
 use crate::answers::forecast::{
     ForecastAnswer, IntervalAnswer, LimitAnswer, LimitDays, ScoreAnswer, SeriesCurves, is_size, words,
 };
@@ -29,8 +29,8 @@ const SCORES: [Scored; 6] = [
 
 /// The limit, the forecast, what to do, and the scores of the past; forecasts of the past begin after `first` days.
 pub fn text(answer: &ForecastAnswer, first: usize, dates: Dates) -> String {
-    let mut text = String::new();
-    for line in answer_lines(answer, dates) {
+    let mut text = format!("{}\n", verdict(answer, dates));
+    if let Some(line) = event_line(answer) {
         text += &format!("{line}\n");
     }
     let days = answer.forecast.len();
@@ -42,28 +42,72 @@ pub fn text(answer: &ForecastAnswer, first: usize, dates: Dates) -> String {
     for (series, last) in answer.forecast.last().iter().flat_map(|day| day.series.iter()) {
         let _ = writeln!(text, "  {:<14} {}", words(series), in_interval(series, last));
     }
-    let _ = writeln!(text, "\nForecasts made on every day of the past after {first}, and their errors\n");
-    for scored in SCORES {
-        text += &text_table(answer, scored);
-    }
+    let _ = writeln!(text, "\nNext: {}", next(answer, dates));
+    let _ = writeln!(text, "\nForecasts made on every day of the past after {first}, and their errors");
     answer.against_naive.iter().for_each(|line| text += &format!("{line}\n"));
-    text + &format!("\nNext: {}\n", next(answer, dates))
+    for scored in SCORES {
+        text += &format!("\n{}", text_table(answer, scored));
+    }
+    text
 }
 
-/// When the limit is reached, and how probable an event is that would end the forecast.
-fn answer_lines(answer: &ForecastAnswer, dates: Dates) -> Vec<String> {
-    let mut lines: Vec<String> =
-        answer.limit.iter().map(|limit| limit_in_words(limit, answer.last_d, dates)).collect();
-    if let Some(chance) = answer.event_chance {
-        let (seen_d, seen) = answer.events_seen;
-        let (seen, days) = (seen.unwrap_or_default(), answer.forecast.len());
-        lines.push(format!(
-            "An event at a bearing, a seal or the unbalance would end the forecast: {seen} in {seen_d:.0} days make one within \
-             {days} days {:.0} % probable.",
-            100.0 * chance
-        ));
+/// The answer in one sentence: when the limit is reached; without one, where the static unbalance goes.
+fn verdict(answer: &ForecastAnswer, dates: Dates) -> String {
+    if let Some(limit) = &answer.limit {
+        return limit_in_words(limit, answer.last_d, dates);
     }
-    lines
+    let days = answer.forecast.len();
+    let last = answer.forecast.last().and_then(|day| day.series.iter().next());
+    let size = last.map_or_else(String::new, |(series, at)| in_interval(series, at));
+    format!("In {days} days the static unbalance is {size}, with 95 %.")
+}
+
+/// The first screen of the page.
+pub fn story(answer: &ForecastAnswer, curves: &[SeriesCurves], dates: Dates) -> Story {
+    let days = answer.forecast.len();
+    let all = || answer.forecast.last().into_iter().flat_map(|day| day.series.iter());
+    let at_end: Vec<String> =
+        all().map(|(series, at)| format!("{} {}", words(series), in_interval(series, at))).collect();
+    let end = format!("{} in {days} days, on {}.", at_end.join("; "), dates.day(answer.last_d + days as f64));
+    let mut answers = vec![("What", capital(&end)), ("How sure", sure(answer))];
+    answers.extend(event_line(answer).map(|line| ("What could end it", line)));
+    let limit = answer.limit.as_ref();
+    let passage = limit.filter(|limit| !limit.exceeded);
+    Story {
+        verdict: verdict(answer, dates),
+        answers,
+        next: (format!("{}.", next(answer, dates)), None),
+        beside: curves.first().map(|of| fan(of, answer.model, limit, dates)).into_iter().collect(),
+        below: passage.map(|limit| first_passage(answer.last_d, limit, dates)).into_iter().collect(),
+    }
+}
+
+/// How often intervals of the past held, at the longest horizon that was scored.
+fn sure(answer: &ForecastAnswer) -> String {
+    let own = answer.scores.get(answer.model).and_then(|by_series| by_series.iter().next());
+    let scored = own.into_iter().flat_map(|(_, by_horizon)| by_horizon.iter());
+    let longest = scored.filter(|(_, score)| score.coverage_95.is_finite() && score.compared > 0).last();
+    let held = longest.map(|(horizon, score)| {
+        format!(
+            "{:.0} % of {} past outcomes were inside the 95 % interval {horizon} days ahead.",
+            100.0 * score.coverage_95,
+            score.compared
+        )
+    });
+    let held = held.unwrap_or_else(|| "The track is too short to score forecasts of the past.".into());
+    std::iter::once(held).chain(answer.against_naive.last().cloned()).collect::<Vec<_>>().join(" ")
+}
+
+/// How probable an event is that would end the forecast.
+fn event_line(answer: &ForecastAnswer) -> Option<String> {
+    let chance = answer.event_chance?;
+    let (seen_d, seen) = answer.events_seen;
+    let (seen, days) = (seen.unwrap_or_default(), answer.forecast.len());
+    Some(format!(
+        "An event at a bearing, a seal or the unbalance would end the forecast: {seen} in {seen_d:.0} days make one within \
+         {days} days {:.0} % probable.",
+        100.0 * chance
+    ))
 }
 
 /// A forecast number with its interval and unit.
@@ -117,31 +161,24 @@ fn text_table(answer: &ForecastAnswer, (title, of, is_share): Scored) -> String 
     text + "\n"
 }
 
-/// Scores at each horizon, a fan for each series, and when the limit is reached.
+/// The fans that the first screen leaves out, and scores at each horizon.
 pub fn sections(answer: &ForecastAnswer, curves: &[SeriesCurves], dates: Dates) -> Vec<Section> {
-    let limit = answer.limit.as_ref();
     let mut scored = vec![
         "Every day of the past was forecast from as if it were the last; the errors are of those forecasts. CRPS and \
          pinball loss are small only for a forecast that is near and says how sure it is."
             .to_string(),
     ];
     scored.extend(answer.against_naive.iter().cloned());
-    // the limit is of the static unbalance, the first of the series
-    let drawn = |i: usize| limit.filter(|_| i == 0).map(|limit| limit.limit_g_mm);
-    let fans = curves.iter().enumerate().map(|(i, series)| fan(series, answer.model, drawn(i), dates));
-    let passage =
-        limit.filter(|limit| !limit.exceeded).map(|limit| first_passage(answer.last_d, limit, dates));
-    let figures = fans.chain(passage).collect();
+    let figures = curves.iter().skip(1).map(|series| fan(series, answer.model, None, dates)).collect();
     let tables = SCORES.map(|scored| scores(answer, scored)).to_vec();
-    let section = |heading: &str, paragraphs, tables, figures| Section {
-        heading: heading.into(),
-        paragraphs,
-        tables,
-        figures,
-    };
     vec![
-        section("Forecast", answer_lines(answer, dates), Vec::new(), figures),
-        section("How good such forecasts were", scored, tables, Vec::new()),
+        Section { heading: "Forecast".into(), figures, ..Section::default() },
+        Section {
+            heading: "How good such forecasts were".into(),
+            paragraphs: scored,
+            tables,
+            ..Section::default()
+        },
     ]
 }
 
@@ -182,6 +219,7 @@ fn first_passage(last_d: f64, limit: &LimitAnswer, dates: Dates) -> Figure {
             quantity: "chance, %".into(),
             curves: vec![("reached until then".into(), chance)],
             events: events.collect(),
+            begin: dates.iso(0.0),
             ..Trend::default()
         })
         .into(),
@@ -189,11 +227,13 @@ fn first_passage(last_d: f64, limit: &LimitAnswer, dates: Dates) -> Figure {
     }
 }
 
-fn fan(series: &SeriesCurves, model: &str, limit_g_mm: Option<f64>, dates: Dates) -> Figure {
+/// A series with its forecast; the limit is that of the static unbalance, the first of the series.
+fn fan(series: &SeriesCurves, model: &str, limit: Option<&LimitAnswer>, dates: Dates) -> Figure {
     let past = &series.estimates[series.estimates.len().saturating_sub(PAST)..];
-    let mut curves = vec![(format!("forecast, {model}"), series.forecast.clone())];
-    let ends = past.first().into_iter().chain(series.forecast.last());
-    curves.extend(limit_g_mm.map(|limit| ("limit".to_string(), ends.map(|end| (end.0, limit)).collect())));
+    let curves = vec![(format!("forecast, {model}"), series.forecast.clone())];
+    let limits = limit.map(|limit| (format!("limit, {:.0} g·mm", limit.limit_g_mm), limit.limit_g_mm));
+    let reached = limit.filter(|limit| !limit.exceeded).and_then(|limit| limit.days.p5);
+    let last_d = series.estimates.last().map_or(0.0, |last| last.0);
     let magnitude = is_size(&series.series);
     let kind = if series.series.ends_with("_g") { "static" } else { "dynamic" };
     let title = format!("{} of the {kind} unbalance", if magnitude { "Size" } else { "Angle" });
@@ -207,8 +247,11 @@ fn fan(series: &SeriesCurves, model: &str, limit_g_mm: Option<f64>, dates: Dates
             along: dates.axis(),
             quantity: quantity.into(),
             measured: Some(("estimates".into(), past.to_vec())),
-            band: Some(("95 % interval".into(), series.interval_95.clone())),
+            bands: vec![("95 % interval".into(), series.interval_95.clone())],
             curves,
+            limits: limits.into_iter().collect(),
+            events: reached.map(|days| (last_d + days, "5 % chance".to_string())).into_iter().collect(),
+            begin: dates.iso(0.0),
             ..Trend::default()
         })
         .into(),

@@ -5,6 +5,7 @@ use rotor_edge_desktop::significance::percent;
 
 use super::findings;
 use super::fitted::{self, FittedCurves, Unnamed};
+use super::text::capital;
 use super::{PageTable, Section, Story};
 use crate::answers::diagnose::{Addition, FittedAnswer, ImprovementAnswer, StepAnswer};
 use crate::scale::three_digits;
@@ -34,7 +35,7 @@ pub fn text(answer: &ImprovementAnswer) -> String {
 
 /// The effect that `add` added, with the bearings, as a section of a page.
 pub fn addition(answer: &Addition) -> Section {
-    let mut paragraphs = vec![format!("{} added.", fitted::capital(&answer.fitted.words()))];
+    let mut paragraphs = vec![format!("{} added.", capital(&answer.fitted.words()))];
     paragraphs.extend(findings::parameters(&answer.fitted));
     Section {
         heading: "What was added".into(),
@@ -68,14 +69,14 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
         ([], _) => match &answer.unknown {
             Some(cause) => format!(
                 "{} probable that an unknown effect is missing.",
-                fitted::capital(&percent(cause.probability))
+                capital(&percent(cause.probability))
             ),
             None => "–".into(),
         },
         (_, Some(group)) => format!("The data cannot tell these apart: {}.", group.join(", ")),
         ([only], None) => {
             let probability = alone(only).map_or(f64::NAN, |c| c.probability);
-            format!("{} probable among all effects at all places.", fitted::capital(&percent(probability)))
+            format!("{} probable among all effects at all places.", capital(&percent(probability)))
         }
         _ => "No other set of effects explains the data as well.".into(),
     };
@@ -90,7 +91,7 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
         };
         format!(
             "{} {were} missing: with {it} the model is {} % off instead of {} %, {left}.",
-            fitted::capital(&added.join(" and ")),
+            capital(&added.join(" and ")),
             three_digits(100.0 * after),
             three_digits(100.0 * drawn.models[0].comparison.relative_error),
         )
@@ -98,10 +99,10 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
     let unnamed = match (&answer.unknown, answer.verdict) {
         (Some(cause), _) => Unnamed::cause(cause),
         (None, "adequate" | "not_determined") => Unnamed::complete(),
-        _ => Unnamed {
-            wrong: "The data cannot tell whether an effect is missing, or which.".into(),
-            place: "The position cannot be determined.".into(),
-        },
+        _ => Unnamed::of(
+            "The data cannot tell whether an effect is missing, or which.",
+            "The position cannot be determined.",
+        ),
     };
     let named = (&main[..], &unnamed);
     let mut story = fitted::story(&sentence, named, &answer.candidates_before, drawn, how_sure, next);

@@ -1,12 +1,14 @@
-//! Text of an answer of `replay`.
+//! Text and story of an answer of `replay`.
 
 use std::fmt::Write as _;
 
 use rotor_edge_desktop::units::SECONDS_A_DAY;
 
-use super::text::table;
-use super::{findings, identify};
-use crate::answers::replay::{BetterAnswer, KnownUnbalance, LastUnbalance, ReplayAnswer, StateSummary};
+use super::text::{capital, table};
+use super::{Figure, Story, findings, identify};
+use crate::answers::replay::{
+    BetterAnswer, FlagSummary, KnownUnbalance, LastUnbalance, ReplayAnswer, StateSummary,
+};
 use crate::replay::check::{EXCESS_LIMIT, FEATURE_LIMIT};
 use crate::replay::fit::ModelFit;
 use crate::watch::words::span;
@@ -16,30 +18,101 @@ const MOST_STATES: usize = 12;
 
 /// The whole answer on a terminal.
 pub fn text(answer: &ReplayAnswer) -> String {
-    let mut text = machine(answer) + &traffic(answer) + &equivalence(answer);
-    text += "\nDoes the model still fit?\n";
-    fit(answer).iter().for_each(|line| text += &format!("  {line}\n"));
-    for flag in &answer.flags {
-        let suspect = flag.suspect.as_deref().unwrap_or("no bearing");
-        let _ = writeln!(
-            text,
-            "  Flag raised on day {:.0}, up for {} readings; suspect bearing: {suspect}",
-            flag.time_d, flag.readings
-        );
-    }
-    text += &states(&answer.states);
+    let mut text = format!("{}: {}\n", answer.job.rotor_name, verdict(answer));
+    flags(answer).iter().for_each(|line| text += &format!("  {line}\n"));
+    text += &answer.better.as_ref().map_or_else(String::new, better);
     text += &match &answer.unbalance {
         LastUnbalance::Known(known) => unbalance(known),
         LastUnbalance::Unknown { why } => format!("\nNo interval of the unbalance: {why}.\n"),
     };
-    text + &answer.better.as_ref().map_or_else(String::new, better)
+    text += &states(&answer.states);
+    text + &machine(answer) + &traffic(answer) + &equivalence(answer)
+}
+
+/// Whether the model fits, and since when it does or does not, in one sentence.
+pub fn verdict(answer: &ReplayAnswer) -> String {
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    match answer.fit {
+        ModelFit::Throughout => format!(
+            "The model fits: no flag in {} of {} readings that were evaluated.",
+            answer.readings, answer.job.recorded
+        ),
+        ModelFit::StoppedOn { first_d, before, after } if before.is_finite() => format!(
+            "The model stopped fitting on day {first_d:.0}: the residual rose from {} to {} of the features.",
+            percent(before),
+            percent(after)
+        ),
+        ModelFit::StoppedOn { first_d, after, .. } => format!(
+            "The model has not fitted since the first day, {first_d:.0}: the residual is {} of the features.",
+            percent(after)
+        ),
+        ModelFit::BeganOn { first_d, before, after } => format!(
+            "The model began to fit on day {first_d:.0}: the residual fell from {} to {} of the features.",
+            percent(before),
+            percent(after)
+        ),
+    }
+}
+
+/// Every flag, a line each.
+fn flags(answer: &ReplayAnswer) -> Vec<String> {
+    let line = |flag: &FlagSummary| {
+        let suspect =
+            flag.suspect.as_deref().map_or("no suspect bearing".into(), |b| format!("suspect bearing {b}"));
+        format!("Flag raised on day {:.0}, up for {} readings; {suspect}.", flag.time_d, flag.readings)
+    };
+    answer.flags.iter().map(line).collect()
+}
+
+/// The first screen of the page, beside the residual over time.
+pub fn story(answer: &ReplayAnswer, residual: Figure, next: (String, Option<String>)) -> Story {
+    let raised = flags(answer);
+    let what = match &raised[..] {
+        [] => "No flag was raised.".to_string(),
+        [first] => first.clone(),
+        [first, more @ ..] => format!("{first} {} more flags followed.", more.len()),
+    };
+    let mut answers = vec![("What happened", what)];
+    answers.push((
+        "Unbalance",
+        match &answer.unbalance {
+            LastUnbalance::Known(known) => {
+                let planes = known.determined.planes.as_ref().map_or(0, Vec::len);
+                let lines = findings::planes(&known.determined);
+                format!("On day {:.0}. {}.", known.time_d, lines[..planes.min(lines.len())].join(". "))
+            }
+            LastUnbalance::Unknown { why } => format!("No interval: {why}."),
+        },
+    ));
+    if let Some(better) = &answer.better {
+        let [was, is] = better.flagged;
+        answers.push((
+            "How much better",
+            format!(
+                "{}: the residual falls from {:.1} to {:.1} % of the features, flagged readings from {was} to {is}.",
+                capital(&better.label),
+                100.0 * better.residual_ratio_before,
+                100.0 * better.residual_ratio_after
+            ),
+        ));
+    }
+    let e = &answer.equivalence;
+    answers.push((
+        "How sure",
+        format!(
+            "The controller's core agrees with the desktop model: features to {:.0e} (allowed {FEATURE_LIMIT:.0e}), residual \
+             to {:.0e} of the features (allowed {EXCESS_LIMIT:.0e}).",
+            e.max_relative_feature_error, e.max_relative_excess
+        ),
+    ));
+    Story { verdict: verdict(answer), answers, next, beside: vec![residual], below: Vec::new() }
 }
 
 /// The record, and phase I.
 fn machine(answer: &ReplayAnswer) -> String {
     let job = &answer.job;
     let [first, last] = job.days;
-    let mut text = format!("{}: {} readings, days {first:.0} to {last:.0}\n", job.rotor_name, job.recorded);
+    let mut text = format!("\n{} readings, days {first:.0} to {last:.0}\n", job.recorded);
     if let Some((found, runup)) = &job.phase_one {
         let runup = runup.map_or(String::new(), |speeds| format!(" and a run-up of {speeds} speeds"));
         text += &format!("\nPhase I, from the first three days{runup}\n{}", identify::text(found));
@@ -99,30 +172,6 @@ fn equivalence(answer: &ReplayAnswer) -> String {
     ];
     let columns = ["largest difference", "measured", "allowed"];
     format!("\nThe core (f32, on the bus) against the desktop crate (f64)\n{}", table(&columns, &rows))
-}
-
-/// Whether the model fits, and since when it does or does not, in sentences.
-pub fn fit(answer: &ReplayAnswer) -> Vec<String> {
-    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    let until = |first_d: f64, before: f64| {
-        format!("Until day {:.0} the residual is {} of the features.", first_d - 1.0, percent(before))
-    };
-    match answer.fit {
-        ModelFit::Throughout => vec![format!(
-            "No flag in {} of {} readings that were evaluated.",
-            answer.readings, answer.job.recorded
-        )],
-        ModelFit::StoppedOn { first_d, before, after } => {
-            let from =
-                format!("From day {first_d:.0} on it is {}: the model stopped fitting.", percent(after));
-            let until = before.is_finite().then(|| until(first_d, before));
-            until.into_iter().chain([from]).collect()
-        }
-        ModelFit::BeganOn { first_d, before, after } => vec![
-            until(first_d, before),
-            format!("From day {first_d:.0} on it is {}: the model began to fit.", percent(after)),
-        ],
-    }
 }
 
 /// What the controller said of itself, as long as it is not too much.

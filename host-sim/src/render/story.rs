@@ -3,6 +3,7 @@
 use maud::{Markup, html};
 
 use super::document::Figure;
+use super::text::capital;
 
 /// The first screen of a page.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +30,7 @@ impl Story {
                         @for (question, answer) in &self.answers { dt { (question) } dd { (answer) } }
                         dt { "What now" }
                         dd {
-                            (self.next.0)
+                            (capital(&self.next.0))
                             @if let Some(command) = &self.next.1 { pre tabindex="0" { code { (command) } } }
                         }
                     }

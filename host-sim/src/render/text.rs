@@ -14,3 +14,9 @@ pub fn table(columns: &[impl AsRef<str>], rows: &[impl AsRef<[String]>]) -> Stri
     };
     (0..=rows.len()).map(line).collect()
 }
+
+/// A sentence's words with a capital letter.
+pub fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}

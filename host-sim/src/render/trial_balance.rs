@@ -1,10 +1,13 @@
 //! Text and section of an answer of `balance --trial-only`.
 
+use rotor_edge_desktop::balance::places::Holes;
+
+use super::balance::{around_the_shaft, weights_in_a_sentence};
 use super::text;
-use super::weights::{Weight, weights};
-use super::{Figure, PageTable, Section};
+use super::weights::Weight;
+use super::{PageTable, Section, Story};
 use crate::answers::balance::{AngleSense, LeftAnswer, TrialBalance, TrialWeight, VectorAnswer};
-use crate::scale::four_digits;
+use crate::scale::{four_digits, three_digits};
 
 const VIBRATION_COLUMNS: [&str; 5] = ["probe", "speed, rpm", "before", "after", "after, at most (95 %)"];
 /// More rows than this say nothing to a reader; they are in the JSON and on the page.
@@ -14,7 +17,8 @@ const MOST_ROWS: usize = 40;
 pub fn text(answer: &TrialBalance) -> String {
     let line = |line: &String| format!("{line}\n");
     let mut text = format!(
-        "{}\n{}\n",
+        "{}\n\n{}\n{}\n",
+        verdict(answer),
         title(answer),
         text::table(&weight_columns(answer).each_ref().map(String::as_str), &weight_rows(answer))
     );
@@ -32,22 +36,13 @@ pub fn text(answer: &TrialBalance) -> String {
     text
 }
 
-/// The weights on a polar plot, and the vibration with and without them.
+/// The weights, and the vibration with and without them.
 pub fn section(answer: &TrialBalance) -> Section {
     let table = |caption: String, columns: &[&str], rows: Vec<Vec<String>>| PageTable {
         caption,
         columns: columns.iter().map(|c| (*c).to_string()).collect(),
         rows,
     };
-    let drawn: Vec<Weight> = answer
-        .weights
-        .iter()
-        .map(|w| Weight {
-            plane: w.plane.clone(),
-            wanted: w.wanted_g_mm,
-            placed: w.placed.iter().map(|p| p.unbalance_g_mm).collect(),
-        })
-        .collect();
     let mut paragraphs: Vec<String> = answer.weights.iter().map(|w| w.text.clone()).collect();
     paragraphs.extend(lines(answer));
     paragraphs.extend(answer.doubts.iter().cloned());
@@ -63,11 +58,78 @@ pub fn section(answer: &TrialBalance) -> Section {
             ),
             table(vibration, &VIBRATION_COLUMNS, vibration_rows(answer).into_iter().map(Vec::from).collect()),
         ],
-        figures: vec![Figure::new(
-            "Weights around the shaft",
-            "Lines: the unbalance to add in each plane; circles: what is put in.",
-            weights(&drawn, answer.sense == AngleSense::AgainstRotation),
-        )],
+        figures: Vec::new(),
+    }
+}
+
+/// The weights and what they do, in one sentence; with a criterion of the largest vibration by that.
+fn verdict(answer: &TrialBalance) -> String {
+    let weight = |w: &TrialWeight| {
+        format!("{} {} at {:.0}°", three_digits(w.magnitude), answer.weight_unit, w.angle_deg)
+    };
+    let weights: Vec<(&str, String)> = answer.weights.iter().map(|w| (w.plane.as_str(), weight(w))).collect();
+    weights_in_a_sentence(&weights, vibration(answer), &format!("{} 0-pk", unit(answer)))
+}
+
+/// Before and with the weights: of all probes and speeds the root mean square or the largest, as the criterion is.
+fn vibration(answer: &TrialBalance) -> [f64; 2] {
+    let of = |value: fn(&LeftAnswer) -> f64| match answer.criterion {
+        "min_max" => most(answer, value),
+        _ => rms(answer, value),
+    };
+    [of(|l| l.before), of(|l| l.after)]
+}
+
+fn rms(answer: &TrialBalance, of: fn(&LeftAnswer) -> f64) -> f64 {
+    (answer.left.iter().map(|l| of(l).powi(2)).sum::<f64>() / answer.left.len() as f64).sqrt()
+}
+
+fn most(answer: &TrialBalance, of: fn(&LeftAnswer) -> f64) -> f64 {
+    answer.left.iter().map(of).fold(0.0, f64::max)
+}
+
+/// The first screen of the page; `holes` are those that weights were placed in.
+pub fn story(answer: &TrialBalance, holes: Option<&Holes>) -> Story {
+    let drawn: Vec<Weight> = answer
+        .weights
+        .iter()
+        .map(|w| Weight {
+            plane: w.plane.clone(),
+            wanted: w.wanted_g_mm,
+            placed: w.placed.iter().map(|p| (p.unbalance_g_mm, p.hole)).collect(),
+        })
+        .collect();
+    let at_most = answer.left.iter().filter_map(|l| l.after_at_most).reduce(f64::max);
+    let sure = answer.weights.iter().filter_map(|w| {
+        let ([low, high], half_deg) = w.magnitude_interval_95.zip(w.angle_95_deg)?;
+        Some(format!(
+            "{}: {} to {} {}, ± {half_deg:.1}° (95 %).",
+            w.plane,
+            four_digits(low),
+            four_digits(high),
+            answer.weight_unit
+        ))
+    });
+    let sure: Vec<String> = sure.chain(lines(answer).pop()).collect();
+    let mut answers = vec![
+        ("Where", answer.weights.iter().map(|w| w.text.clone()).collect::<Vec<_>>().join(" ")),
+        ("How sure", sure.join(" ")),
+    ];
+    answers.extend((!answer.doubts.is_empty()).then(|| ("Doubts", answer.doubts.join(" "))));
+    let next = match at_most {
+        Some(at_most) => format!(
+            "Put the weights in and repeat the run. More than {} {} 0-pk means a wrong place or a changed machine.",
+            four_digits(at_most),
+            unit(answer)
+        ),
+        None => "Put the weights in and repeat the run before you rely on them.".into(),
+    };
+    Story {
+        verdict: verdict(answer),
+        answers,
+        next: (next, None),
+        beside: vec![around_the_shaft(&drawn, holes, answer.sense == AngleSense::AgainstRotation)],
+        below: Vec::new(),
     }
 }
 
@@ -144,12 +206,7 @@ fn lines(answer: &TrialBalance) -> Vec<String> {
             answer.weights[1].plane
         ));
     }
-    let rms = |of: fn(&LeftAnswer) -> f64| {
-        four_digits(
-            (answer.left.iter().map(|l| of(l).powi(2)).sum::<f64>() / answer.left.len() as f64).sqrt(),
-        )
-    };
-    let most = |of: fn(&LeftAnswer) -> f64| four_digits(answer.left.iter().map(of).fold(0.0, f64::max));
+    let [rms, most] = [rms, most].map(|size| move |of: fn(&LeftAnswer) -> f64| four_digits(size(answer, of)));
     lines.push(format!(
         "Vibration with these weights, {} 0-pk: {} becomes {} root mean square, {} becomes {} at most.",
         unit(answer),

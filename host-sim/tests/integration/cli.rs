@@ -49,7 +49,7 @@ fn without_a_command_the_main_job_runs_and_says_what_to_do_next() {
     assert!(output.status.success());
     assert_says(
         &text,
-        &["turbine", "From day 125", "suspect bearing: 16", "Next:", "improve", "replay --better"],
+        &["turbine", "on day 125", "suspect bearing 16", "Next:", "improve", "replay --better"],
     );
 }
 

@@ -99,6 +99,26 @@ fn every_command_line_of_a_page_is_one_that_the_program_takes() {
 }
 
 #[test]
+fn complete_small_file_of_the_docs_is_checked() {
+    let page = fs::read_to_string(repository().join("docs/rotor-file.md")).unwrap();
+    let all = blocks(&page);
+    let (_, small) = all.iter().find(|(language, _)| language == "toml,complete").unwrap();
+    assert!(small.lines().count() <= 14, "{small}");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("fan.toml"), small).unwrap();
+    let program = Command::new(env!("CARGO_BIN_EXE_rotor-edge"))
+        .args(["check", "fan.toml", "--report", "check.html"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&program.stdout);
+    assert!(program.status.success(), "{}", String::from_utf8_lossy(&program.stderr));
+    assert!(said.starts_with("Stable from"), "the answer comes first: {said}");
+    let page = fs::read_to_string(folder.path().join("check.html")).unwrap();
+    assert!(page.contains("class=\"verdict\"") && page.contains("running range"), "no first screen");
+}
+
+#[test]
 fn the_session_on_a_bus_runs_as_printed() {
     let page = fs::read_to_string(repository().join("README.md")).unwrap();
     let (_, script) =

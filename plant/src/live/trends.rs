@@ -144,7 +144,7 @@ fn drawn(period: &Period, quantities: &[Quantity], stretches: &[Stretch], unit: 
             let band = stretches.iter().map(at).map(|(at, spread)| {
                 spread.map_or([at, f64::NAN, f64::NAN], |spread| [at, spread.least, spread.most])
             });
-            drawn.band = Some((format!("{}, least to most", quantity.name), band.collect()));
+            drawn.bands = vec![(format!("{}, least to most", quantity.name), band.collect())];
         }
         let curve = stretches.iter().map(at).map(|(at, spread)| (at, spread.map_or(f64::NAN, |s| s.mean)));
         drawn.curves.push((quantity.name.into(), curve.collect()));
@@ -171,7 +171,7 @@ fn name_probes(drawn: &mut Trend, rotor: Option<&Rotor>) {
     for ((name, _), probe) in drawn.curves.iter_mut().zip(&rotor.probe) {
         name.clone_from(&probe.name);
     }
-    if let (Some((name, _)), Some(probe)) = (&mut drawn.band, rotor.probe.first()) {
+    if let (Some((name, _)), Some(probe)) = (drawn.bands.first_mut(), rotor.probe.first()) {
         *name = format!("{}, least to most", probe.name);
     }
 }

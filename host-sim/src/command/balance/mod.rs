@@ -118,8 +118,9 @@ fn by_rotor(rotor: &Path, data: &Path, arguments: &Arguments, listener: Listener
         remarks,
     };
     if let Some(path) = &arguments.form.report {
+        let story = render::balance::story(&answer, plan.wanted.holes.as_ref());
         let sections = vec![render::balance::section(&answer)];
-        output::report(path, &format!("{}: balance", rotor.name), sections)?;
+        output::story(path, &format!("{}: balance", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);

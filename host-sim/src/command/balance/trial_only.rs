@@ -60,7 +60,8 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     );
     if let Some(path) = &arguments.form.report {
         let title = format!("{}: balance", data.file_stem().unwrap_or_default().to_string_lossy());
-        output::report(path, &title, vec![render::trial_balance::section(&answer)])?;
+        let story = render::trial_balance::story(&answer, request.wanted.holes.as_ref());
+        output::story(path, &title, &story, vec![render::trial_balance::section(&answer)])?;
     }
     if arguments.form.json {
         return output::answer(&answer);

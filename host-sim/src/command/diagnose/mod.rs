@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         let story = render::diagnose::story(&answer, &drawn, next(arguments, &found));
         let sections = render::diagnose::sections(&answer, &rotor, &drawn);
         let title = format!("{}: what is missing in the model", rotor.name);
-        output::story(path, &title, Some(&story), sections)?;
+        output::story(path, &title, &story, sections)?;
     }
     if arguments.form.json {
         return output::answer_in_order(&answer);

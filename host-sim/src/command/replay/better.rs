@@ -9,7 +9,6 @@ use rotor_edge_desktop::rotor_file;
 
 use crate::answers::replay::{BetterAnswer, ReplayAnswer};
 use crate::edge::Deployment;
-use crate::render;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Figure, PageTable, Section};
 use crate::replay::{self, AnsweredReading, Flag, Replay, ReplayConfig, day, flags};
@@ -98,14 +97,14 @@ fn table(better: &BetterAnswer) -> PageTable {
     }
 }
 
-/// Residual and unbalance over time.
+/// The residual over time, and the page below the first screen with the unbalance.
 pub fn trends(
     answer: &ReplayAnswer,
     rotor: &Rotor,
     record: &[Reading],
     played: &Replay,
     better: Option<&Better>,
-) -> Vec<Section> {
+) -> (Figure, Vec<Section>) {
     let series = |value: &dyn Fn(&AnsweredReading) -> f64| {
         let points = |answers: &[AnsweredReading]| {
             answers.iter().map(|a| (day(record, a.row), value(a))).collect::<Vec<_>>()
@@ -114,43 +113,39 @@ pub fn trends(
         curves.extend(better.map(|b| (b.label.clone(), points(&b.answers))));
         curves
     };
-    let figure = |id: String, title: String, quantity: &str, caption: &str, curves| Figure {
-        drawing: trend(&Trend {
+    let figure = |title: String, quantity: &str, caption: &str, curves| {
+        let drawn = Trend {
             along: "time, days".into(),
             quantity: quantity.into(),
             curves,
             flags: answer.flags.iter().map(|f| f.time_d).collect(),
             ..Trend::default()
-        })
-        .into(),
-        id,
-        title,
-        caption: caption.into(),
+        };
+        Figure::new(title, caption, trend(&drawn))
     };
-    let mut figures = vec![figure(
-        "residual".into(),
+    let fallen = if better.is_some() { " The better model brings it back to the noise." } else { "" };
+    let residual = figure(
         "Residual".into(),
         "residual / features, %",
-        "A step up is the day on which the model stopped fitting; the mark is the flag. The better model brings \
-         it back to the noise.",
+        &format!("What the model does not explain. A step up that stays is a change of the machine.{fallen}"),
         series(&|a| 100.0 * f64::from(a.result.ratio)),
-    )];
-    for (k, plane) in rotor.plane.iter().enumerate() {
-        figures.push(figure(
-            format!("unbalance-{}", k + 1),
-            format!("Unbalance in plane {}", plane.name),
+    );
+    let plane = |k: usize| {
+        figure(
+            format!("Unbalance in plane {}", rotor.plane[k].name),
             "unbalance, g·mm",
-            "With a model that misses physics the unbalance takes the blame; with the better one it is the machine's.",
+            "While the model does not fit, its error is in the unbalance.",
             series(&|a| {
                 let [x, y] = a.result.unbalance_g_mm[k];
                 f64::from(x.hypot(y))
             }),
-        ));
-    }
-    vec![Section {
-        heading: "Does the model still fit?".into(),
-        paragraphs: render::replay::fit(answer),
+        )
+    };
+    let section = Section {
+        heading: "Unbalance".into(),
+        paragraphs: Vec::new(),
         tables: answer.better.iter().map(table).collect(),
-        figures,
-    }]
+        figures: (0..rotor.plane.len()).map(plane).collect(),
+    };
+    (residual, vec![section])
 }

@@ -4,7 +4,7 @@ mod better;
 mod bus;
 mod unbalance;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Result, bail};
@@ -21,7 +21,7 @@ use crate::answers::replay::{ReplayAnswer, ReplayJob, answers};
 use crate::bus::BusConfig;
 use crate::command::shell;
 use crate::edge::Deployment;
-use crate::render;
+use crate::render::{self, Figure, Section};
 use crate::replay::check::equivalence;
 use crate::replay::fit::ModelFit;
 use crate::replay::timing::age_limit_s;
@@ -208,8 +208,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let mut answer = ReplayAnswer::of(&rotor, &record, &played, &agreement, &raised, last, job);
     answer.better = better.as_ref().map(|b| b.answer(&record, &played));
     if let Some(path) = &arguments.form.report {
-        let sections = trends(&answer, &rotor, &record, &played, better.as_ref());
-        output::report(path, &format!("{}: replay", rotor.name), sections)?;
+        let drawn = trends(&answer, &rotor, &record, &played, better.as_ref());
+        report(path, &answer, drawn, &next(arguments, &answer))?;
     }
     if arguments.form.json {
         answer.answers = arguments.answers.then(|| answers(&record, &played));
@@ -220,6 +220,20 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         say!("Next: {}", next(arguments, &answer));
     }
     agreement.verdict()
+}
+
+/// Writes the page; `drawn` is the figure of the first screen, and what stands below it.
+fn report(
+    path: &Path,
+    answer: &ReplayAnswer,
+    (residual, sections): (Figure, Vec<Section>),
+    next: &str,
+) -> Result<()> {
+    let (words, commands) = next.split_once('\n').unwrap_or((next, ""));
+    let commands: Vec<&str> = commands.lines().map(str::trim_start).collect();
+    let command = (!commands.is_empty()).then(|| commands.join("\n"));
+    let story = render::replay::story(answer, residual, (words.into(), command));
+    output::story(path, &format!("{}: replay", answer.job.rotor_name), &story, sections)
 }
 
 /// Which command to run next.
@@ -236,7 +250,9 @@ fn next(arguments: &Arguments, answer: &ReplayAnswer) -> String {
              rotor-edge improve {} RUNUP.csv -o better.toml",
             shell::path(rotor)
         ),
-        (Some(_), ..) if arguments.better.is_some() => "look at it, with --report replay.html.".into(),
+        (Some(_), ..) if arguments.better.is_some() => {
+            "send the better model to the controller, with rotor-edge deploy.".into()
+        }
         (Some(_), ..) => {
             "learn which physical effect is missing, from the run-up that was recorded the day after, \
                           and see the controller's residual fall\n  \

@@ -198,22 +198,34 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let answer = TrackAnswer::of(&rotor, &followed, record.len(), &|time_d| dates.iso(time_d));
     if let Some(path) = &arguments.form.report {
         let curves = TrackCurves::of(&rotor, &record, &followed);
+        let story = render::track::story(&answer, &curves, dates, next(arguments, &answer));
         let sections = render::track::sections(&answer, &curves, dates);
-        output::report(path, &format!("{}: the unbalance followed", rotor.name), sections)?;
+        output::story(path, &format!("{}: the unbalance followed", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
     }
     terminal::print(&render::track::text(&rotor.name, &answer, dates));
     say!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
-    match &arguments.csv {
-        Some(path) => say!("Next: rotor-edge forecast {}", shell::path(path)),
-        None => say!("Next: the same with --csv TRACK.csv, for `rotor-edge forecast`."),
-    }
-    if followed.undiagnosed_since_d.is_some() {
-        say!("Once there is a run-up since the event, the same with --method joint --later-runup RUNUP.csv.");
-    }
+    output::say_next(&next(arguments, &answer));
     Ok(None)
+}
+
+/// What to do, and the command for it.
+fn next(arguments: &Arguments, answer: &TrackAnswer) -> output::Next {
+    let then = match answer.undiagnosed_since_d {
+        Some(_) => {
+            "; once there is a run-up since the event, the same with --method joint --later-runup RUNUP.csv"
+        }
+        None => "",
+    };
+    match &arguments.csv {
+        Some(path) => (
+            format!("forecast the unbalance{then}"),
+            Some(format!("rotor-edge forecast {}", shell::path(path))),
+        ),
+        None => (format!("the same with --csv TRACK.csv, which rotor-edge forecast reads{then}"), None),
+    }
 }
 
 /// A run-up and its day.

@@ -2,6 +2,7 @@
 //! JSON leaves out.
 
 mod sentences;
+mod story;
 mod tables;
 mod text;
 
@@ -14,12 +15,12 @@ use rotor_edge_desktop::units::rpm;
 
 use crate::answers::check::{CheckAnswer, TrialResponse};
 use crate::render::bode::bode_of;
-use crate::render::campbell::{Branch, campbell};
 use crate::render::sketch::sketch;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Curve, Figure, PageTable, Section};
 use crate::scale::{number, three_digits};
 
+pub use story::story;
 pub use text::text;
 
 /// Speed in rpm and phasor in m.
@@ -31,7 +32,6 @@ const SHAPES: usize = 6;
 /// The page of an answer; `found` is the check that it is made from.
 pub fn sections(answer: &CheckAnswer, found: &Check) -> Vec<Section> {
     let mut all = vec![machine(answer, found)];
-    all[0].paragraphs.insert(0, sentences::headline(answer));
     if !answer.warnings.is_empty() {
         all.push(Section {
             heading: "Numbers to look at again".into(),
@@ -75,6 +75,7 @@ pub fn machine(answer: &CheckAnswer, found: &Check) -> Section {
                     along: "along the shaft, m".into(),
                     quantity: "height, µm".into(),
                     curves: vec![("shaft".into(), sag)],
+                    is_curved: true,
                     ..Trend::default()
                 }),
             ));
@@ -100,14 +101,15 @@ pub fn critical(answer: &CheckAnswer) -> Section {
     let map = &answer.critical_speed_map;
     let most = map.speeds_rpm.iter().map(Vec::len).max().unwrap_or(0);
     let curve = |i: usize| {
-        let at = |(k, all): (&f64, &Vec<f64>)| all.get(i).map(|rpm| (k.log10(), *rpm));
+        let at = |(k, all): (&f64, &Vec<f64>)| all.get(i).map(|rpm| (*k, *rpm));
         (format!("{}.", i + 1), map.stiffness_n_m.iter().zip(&map.speeds_rpm).filter_map(at).collect())
     };
     let drawn = Trend {
-        along: "stiffness of every bearing, log₁₀ N/m".into(),
+        along: "stiffness of every bearing, N/m".into(),
         quantity: "critical speed, rpm".into(),
         curves: (0..most).map(curve).collect(),
-        events: vec![(map.own_n_m.log10(), "as drawn".into())],
+        events: vec![(map.own_n_m, "as drawn".into())],
+        is_log: true,
         ..Trend::default()
     };
     let meant = "Without dampers and with the symmetric part of the bearings' stiffness. Unbalance excites a critical speed by \
@@ -135,17 +137,8 @@ pub fn critical(answer: &CheckAnswer) -> Section {
     }
 }
 
-/// Damped modes over speed: Campbell diagram, log decrements and damped critical speeds.
+/// Damped modes over speed: log decrements and damped critical speeds.
 pub fn modes(answer: &CheckAnswer, found: &Check) -> Section {
-    let campbell_branches: Vec<Branch> = found
-        .campbell
-        .branches
-        .iter()
-        .map(|branch| {
-            let point = |m: &Mode| (rpm(m.speed_rad_s), rpm(m.frequency_rad_s()), m.whirl, m.log_decrement());
-            Branch { points: found.campbell.along(branch).map(point).collect() }
-        })
-        .collect();
     let decrement = |branch: &(usize, Vec<usize>)| {
         let points: Vec<_> =
             found.campbell.along(branch).map(|m| (rpm(m.speed_rad_s), m.log_decrement())).collect();
@@ -168,7 +161,7 @@ pub fn modes(answer: &CheckAnswer, found: &Check) -> Section {
         ..Trend::default()
     };
     let caption = format!("At {} rpm", number(answer.range_rpm[1], 0));
-    let mut paragraphs = vec![sentences::headline(answer)];
+    let mut paragraphs = Vec::new();
     let mut listed = Vec::new();
     match sentences::no_damped_critical_speed(answer) {
         Some(why) => paragraphs.push(format!("Damped critical speeds: {why}")),
@@ -193,25 +186,15 @@ pub fn modes(answer: &CheckAnswer, found: &Check) -> Section {
     if !real.is_empty() {
         listed.push(table(&format!("{caption}, without oscillation"), &tables::REAL_COLUMNS, real));
     }
-    let circles: Vec<_> =
-        tables::damped_critical(answer).iter().map(|m| (m.speed_rpm, m.log_decrement)).collect();
     Section {
         heading: "Damped modes".into(),
         paragraphs,
         tables: listed,
-        figures: vec![
-            Figure::new(
-                "Campbell diagram",
-                "Damped natural frequencies over speed, by their sense of whirl; the straight line is the speed itself. \
-                 Circles mark damped critical speeds.",
-                campbell(&campbell_branches, &circles),
-            ),
-            Figure::new(
-                "Log decrement",
-                "Of the least damped modes; below zero the machine is unstable.",
-                trend(&drawn),
-            ),
-        ],
+        figures: vec![Figure::new(
+            "Log decrement",
+            "Of the least damped modes; below zero the machine is unstable.",
+            trend(&drawn),
+        )],
     }
 }
 
@@ -236,11 +219,12 @@ pub fn shapes(found: &Check) -> Section {
             quantity: "of the largest".into(),
             curves: vec![curve("x", &m.x), curve("y", &m.y)],
             events: bearings,
+            is_curved: true,
             ..Trend::default()
         };
         let caption = format!(
             "{} whirl, {}; each direction at the instant of its own largest motion.",
-            capital(m.whirl.name()),
+            sentences::capital(m.whirl.name()),
             match m.is_undamped() {
                 true => "undamped".to_string(),
                 false => format!("log decrement {}", three_digits(m.log_decrement())),
@@ -265,10 +249,6 @@ fn unique(mut figures: Vec<Figure>) -> Vec<Figure> {
         }
     }
     figures
-}
-
-fn capital(word: &str) -> String {
-    word[..1].to_uppercase() + &word[1..]
 }
 
 /// Maxima, and their margins where the running range was stated: beside each other they do not fit a telephone.

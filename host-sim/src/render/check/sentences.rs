@@ -21,6 +21,11 @@ pub fn headline(answer: &CheckAnswer) -> String {
     format!("{sentence}.")
 }
 
+/// With a capital letter.
+pub fn capital(words: &str) -> String {
+    crate::render::text::capital(words)
+}
+
 fn speed_range(answer: &CheckAnswer) -> String {
     let [from, to] = answer.range_rpm.map(|s| number(s, 0));
     match answer.range_rpm {
@@ -76,15 +81,18 @@ fn critical_speeds(answer: &CheckAnswer) -> String {
     }
 }
 
+/// Critical speeds of one mode, as different computations have it, differ by less than this, relative.
+pub const SAME_CRITICAL: f64 = SAME_SPEED;
+
 /// A separation margin.
-struct Margin {
+pub struct Margin {
     /// Of the peak, rpm.
     speed_rpm: f64,
     /// Of its mode, rpm.
-    critical_rpm: f64,
+    pub critical_rpm: f64,
     margin_percent: f64,
     needed_percent: f64,
-    is_kept: bool,
+    pub is_kept: bool,
 }
 
 /// Margins of all peaks and of critical speeds without amplitude, the worst of each critical speed first.
@@ -114,6 +122,22 @@ fn all_margins(answer: &CheckAnswer) -> Vec<Margin> {
     all
 }
 
+/// The worst margin of each critical speed.
+pub fn margins_by_critical(answer: &CheckAnswer) -> Vec<Margin> {
+    let mut all = all_margins(answer);
+    all.dedup_by(|next, first| next.critical_rpm <= first.critical_rpm * (1.0 + SAME_CRITICAL));
+    all
+}
+
+/// A margin beside its critical speed in a figure.
+pub fn margin_in_a_word(margin: &Margin) -> String {
+    let needed = number(margin.needed_percent, 0);
+    match margin.margin_percent < 0.0 {
+        true => format!("inside, {needed} % needed"),
+        false => format!("{} %, {needed} % needed", number(margin.margin_percent, 0)),
+    }
+}
+
 /// The worst failing margin of each critical speed.
 fn failing(answer: &CheckAnswer) -> Vec<Margin> {
     let mut failing: Vec<Margin> = all_margins(answer).into_iter().filter(|m| !m.is_kept).collect();
@@ -137,7 +161,7 @@ pub fn failing_margins(answer: &CheckAnswer) -> Vec<String> {
 }
 
 /// Whether the separation margins are kept, without a full stop; `None` without a running range.
-fn margins(answer: &CheckAnswer) -> Option<String> {
+pub fn margins(answer: &CheckAnswer) -> Option<String> {
     answer.running_range_rpm?;
     let speeds: Vec<String> = failing(answer).iter().map(|m| number(m.speed_rpm, 0)).collect();
     if all_margins(answer).is_empty() {

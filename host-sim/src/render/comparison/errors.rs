@@ -84,7 +84,7 @@ fn figure(
         along: run.along(readings),
         quantity: "error, µm pk-pk".into(),
         curves: models.iter().map(curve).collect(),
-        band: (!band.is_empty()).then(|| ("noise, 95 %".into(), band)),
+        bands: (!band.is_empty()).then(|| ("noise, 95 %".into(), band)).into_iter().collect(),
         ..Trend::default()
     };
     let caption = "|model − measurement| as a phasor. Noise stays in the band in 19 of 20 readings.".into();

@@ -1,12 +1,12 @@
 // From the panels and series of a figure to the options of the charting library.
 const THEMES = {
   light: {
-    ink: "#1b1b1b", faint: "#5c5c5c", line: "#8a8a8a", grid: "#dedede", paper: "#ffffff",
+    ink: "#1b1b1b", faint: "#5c5c5c", line: "#8a8a8a", grid: "#dedede", paper: "#ffffff", limit: "#9e261a",
     models: ["#0072b2", "#b34a00", "#00735a", "#99407f"],
     cells: ["#f7fafc", "#cedeec", "#f4b260", "#de6924", "#9e261a", "#400616"],
   },
   dark: {
-    ink: "#ececec", faint: "#b4b4b4", line: "#8a8a8a", grid: "#3a3d42", paper: "#16181b",
+    ink: "#ececec", faint: "#b4b4b4", line: "#8a8a8a", grid: "#3a3d42", paper: "#16181b", limit: "#f2a08c",
     models: ["#62b8f0", "#f0a04b", "#4fd0ab", "#e79bd0"],
     cells: ["#20252b", "#33475c", "#8a5a1e", "#d07a2c", "#f2a08c", "#ffe9e4"],
   },
@@ -26,6 +26,38 @@ function written(value) {
   if (value === null || value === undefined || Number.isNaN(value)) return "lost";
   const digits = Math.abs(value) >= 1000 ? { maximumFractionDigits: 0 } : { maximumSignificantDigits: 4 };
   return value.toLocaleString("en", digits).replace("-", "−");
+}
+
+const DAY_MS = 86_400_000;
+const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+
+// The date of a day since this moment; a clock whose zone nobody stated is read as it is.
+function dateOf(begin, day) {
+  const start = Date.parse(/Z$|[+-]\d\d:\d\d$/.test(begin) ? begin : `${begin}Z`);
+  return new Date(start + day * DAY_MS).toISOString().slice(0, 10);
+}
+
+// A round number as a power of ten where it is long.
+function power(value) {
+  const exponent = Math.floor(Math.log10(value) + 1e-9);
+  if (exponent >= -3 && exponent < 5) return written(value);
+  const head = Math.round(value / 10 ** exponent);
+  const raised = `${exponent}`.replace("-", "⁻").replace(/\d/g, (d) => RAISED[d]);
+  return `${head === 1 ? "" : `${head}·`}10${raised}`;
+}
+
+// 1, 2 and 5 in every decade; of many decades the powers of ten.
+function logTicks(low, high) {
+  const decades = Math.log10(high / low);
+  const heads = decades > 2.5 ? [1] : [1, 2, 5];
+  const all = [];
+  for (let exponent = Math.floor(Math.log10(low) + 1e-9); 10 ** exponent <= high * (1 + 1e-9); exponent += 1) {
+    for (const head of heads) {
+      const value = Number(`${head}e${exponent}`);
+      if (value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9)) all.push(value);
+    }
+  }
+  return all;
 }
 
 function gridOf(chart, index, width_px) {
@@ -78,11 +110,16 @@ function reaches(panel, grid) {
 function axisOption(axis, index, isUpward, reach, theme, left_px) {
   const [low, high] = reach ? [-reach, reach] : [axis.from, axis.to];
   const isTurned = !reach && low !== null && high !== null && low > high;
-  const isRound = axis.rows.length > 0 || axis.step !== null || (low === null && !reach);
-  const tick = (value) => (axis.rows.length ? axis.rows[value] ?? "" : written(Math.abs(value) < 1e-12 ? 0 : value));
+  const isRound = axis.rows.length > 0 || axis.step !== null || axis.is_log || (low === null && !reach);
+  const tick = (value) => {
+    if (axis.rows.length) return axis.rows[value] ?? "";
+    if (axis.is_log) return power(value);
+    return axis.begin ? dateOf(axis.begin, value) : written(Math.abs(value) < 1e-12 ? 0 : value);
+  };
+  const marks = axis.is_log ? logTicks(low, high) : undefined;
   return {
     gridIndex: index,
-    type: "value",
+    type: axis.is_log ? "log" : "value",
     show: !axis.is_hidden,
     name: axis.name ?? "",
     nameLocation: "middle",
@@ -93,15 +130,15 @@ function axisOption(axis, index, isUpward, reach, theme, left_px) {
     max: (isTurned ? low : high) ?? undefined,
     inverse: isTurned || (isUpward && axis.rows.length > 0),
     interval: axis.step ?? undefined,
-    splitNumber: isUpward ? 4 : 5,
+    splitNumber: isUpward ? 4 : axis.begin ? 4 : 5,
     axisLine: { show: true, onZero: false, lineStyle: { color: theme.line } },
-    axisTick: { show: !axis.rows.length, lineStyle: { color: theme.line } },
+    axisTick: { show: !axis.rows.length, customValues: marks, lineStyle: { color: theme.line } },
     splitLine: { show: !axis.rows.length, lineStyle: { color: theme.grid, width: 0.75 } },
     axisLabel: {
       show: axis.name !== null || axis.rows.length > 0,
       color: theme.ink, fontSize: TEXT_PX, hideOverlap: true, formatter: tick,
       // the ends of what is shown are no round numbers
-      customValues: axis.rows.length ? axis.rows.map((_, i) => i) : undefined,
+      customValues: axis.rows.length ? axis.rows.map((_, i) => i) : marks,
       alignMaxLabel: isUpward ? undefined : "right",
       showMinLabel: isRound ? null : false, showMaxLabel: isRound ? null : false,
     },
@@ -154,8 +191,9 @@ function seriesOptions(series, index, theme, along, grid) {
   };
   // a line has points to point at, seen where it is one point alone
   const unseen = series.rows.length > 1 ? { itemStyle: { opacity: 0 }, emphasis: { itemStyle: { opacity: 1 } } } : {};
+  const bend = series.is_curved ? { smooth: 0.5 } : {};
   const line = (style, rest) => ({
-    ...base, type: "line", symbol: "circle", symbolSize: 7, showSymbol: series.rows.length === 1 || !along, lineStyle: style, ...unseen, ...rest,
+    ...base, ...bend, type: "line", symbol: "circle", symbolSize: 7, showSymbol: series.rows.length === 1 || !along, lineStyle: style, ...unseen, ...rest,
   });
   const points = (symbol, size, style, rest) => ({ ...base, type: "scatter", symbol, symbolSize: size, itemStyle: { opacity: 1, ...style }, z: 4, ...rest });
   const ring = (width) => ({ color: "transparent", borderColor: colour, borderWidth: width });
@@ -164,6 +202,7 @@ function seriesOptions(series, index, theme, along, grid) {
     case "measured_line": return [line({ color: theme.ink, width: 1.5, type: "solid" })];
     case "model": return [line({ color: colour, width: 1.9, type: dash })];
     case "faint": return [line({ color: theme.line, width: 0.8, type: "solid" }, { z: 1, showSymbol: false })];
+    case "limit": return [line({ color: theme.limit, width: 1.6, type: DASHES[3] }, { color: theme.limit })];
     case "band": return bandOptions(series, base, theme);
     case "dots": case "marks": return [points("circle", 7, { color: colour })];
     case "rings": return [points("circle", 10, ring(1.7))];

@@ -255,26 +255,31 @@ class Drawn {
 
 // What the colours of cells mean.
 function classes(list) {
+  list.classList.add("classes");
   CLASSES.forEach((least, i) => {
     const item = list.appendChild(document.createElement("li"));
     item.appendChild(document.createElement("i")).className = `class-${i}`;
     item.append(`from ${least} σ`);
   });
-  list.appendChild(document.createElement("li")).textContent = "up to 2.5 σ: noise; a stroke: reading lost";
+  for (const note of ["up to 2.5 σ is noise", "a stroke is a lost reading"]) list.appendChild(document.createElement("li")).textContent = note;
 }
 
-// What a kind of points looks like, beside its name.
+// What a kind of points looks like, beside its name: the symbol that the figure draws.
 function sample({ kind, index }) {
   const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   svg.setAttribute("viewBox", "0 0 26 12");
   svg.setAttribute("aria-hidden", "true");
-  svg.classList.add(index === null || index === undefined ? "measured" : `model-${index % 4}`);
-  const isLine = ["model", "measured_line", "band", "faint"].includes(kind);
-  const shape = svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", isLine ? "line" : "circle"));
-  const attributes = isLine ? { x1: 0, x2: 26, y1: 6, y2: 6 } : { cx: 13, cy: 6, r: 3.2 };
-  if (isLine && kind === "model" && index % 4) attributes["stroke-dasharray"] = DASHES[index % 4].join(" ");
+  svg.classList.add(["limit", "faint"].includes(kind) ? kind : index === null || index === undefined ? "measured" : `model-${index % 4}`);
+  const isLine = ["model", "measured_line", "band", "faint", "limit"].includes(kind);
+  const isTriangle = ["flags", "arrows"].includes(kind);
+  const form = isLine ? "line" : isTriangle ? "polygon" : "circle";
+  const shape = svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", form));
+  const points = "8.5,10.5 17.5,10.5 13,1.5";
+  const attributes = { line: { x1: 0, x2: 26, y1: 6, y2: 6 }, polygon: { points }, circle: { cx: 13, cy: 6, r: kind === "rings" ? 4.6 : 3.2 } }[form];
+  if (kind === "model" && index % 4) attributes["stroke-dasharray"] = DASHES[index % 4].join(" ");
+  if (kind === "limit") attributes["stroke-dasharray"] = DASHES[3].join(" ");
   if (kind === "band") shape.classList.add("band");
-  if (["dots", "marks", "flags"].includes(kind)) shape.classList.add("full");
+  if (isTriangle || ["dots", "marks"].includes(kind)) shape.classList.add("full");
   for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
   return svg;
 }

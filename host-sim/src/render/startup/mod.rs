@@ -1,6 +1,7 @@
 //! Text and sections of an answer of `startup`: the start-ups with their marks, the simple model and where it fails, the
 //! models on the way to one that fits. Figures also draw the curves that the JSON leaves out.
 
+mod story;
 mod tables;
 mod text;
 
@@ -22,6 +23,7 @@ use tables::{
     shift_lines, stage_columns, stage_rows,
 };
 
+pub use story::story;
 pub use text::text;
 
 type C = Complex<f64>;

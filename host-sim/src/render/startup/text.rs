@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::story::verdict;
 use super::tables::{
     ESTIMATE_COLUMNS, RUN_COLUMNS, estimate_caption, estimate_rows, model_lines, own_lines, pk_pk, run_rows,
     shift_lines, stage_columns, stage_rows,
@@ -12,7 +13,13 @@ use crate::render::text::table;
 
 /// The whole answer; orbits come from the start-up that it is made from.
 pub fn text(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> String {
-    let mut text = String::new();
+    let mut text = format!("{}\n", verdict(answer));
+    if let Some(improved) = &answer.improved {
+        text += &format!("{}: {}\n", improved.verdict, improved.summary);
+    }
+    own_lines(answer).iter().for_each(|line| text += &format!("{line}\n"));
+    answer.remarks.iter().for_each(|r| text += &format!("{r}\n"));
+    text += "\n";
     for line in model_lines(answer) {
         text += &format!("{line}\n");
     }
@@ -34,7 +41,6 @@ pub fn text(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> String {
     );
     text += &table(&stage_columns(evaluated), &stage_rows(answer, &evaluated.bearings));
     if let Some(improved) = &answer.improved {
-        let _ = writeln!(text, "\n{}: {}", improved.verdict, improved.summary);
         text += &findings::bearings_text(&improved.bearings, improved.model_adequate);
         for effect in &improved.effects {
             let _ = writeln!(text, "  {}", effect.fitted.label);
@@ -43,13 +49,6 @@ pub fn text(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> String {
             }
         }
     }
-    for line in own_lines(answer) {
-        text += &format!("{line}\n");
-    }
-    if !answer.remarks.is_empty() {
-        text += "\n";
-    }
-    answer.remarks.iter().for_each(|r| text += &format!("{r}\n"));
     text
 }
 

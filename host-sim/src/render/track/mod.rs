@@ -1,6 +1,7 @@
 //! Text and sections of an answer of `track`: the papers' figures for the user's record.
 
 mod sampling;
+mod story;
 mod text;
 
 use super::trend::{Trend, trend};
@@ -12,8 +13,12 @@ use crate::answers::track::{
 use crate::answers::track_curves::{BandedCurve, CoefficientCurve, FeatureCurve, TrackCurves};
 use crate::ingest::dates::Dates;
 
+pub use story::story;
 pub use text::text;
 use text::{undiagnosed, when};
+
+/// Residual over feature sum above which no model is right, %.
+const RATIO_LIMIT: f64 = 100.0 / 3.0;
 
 type UnbalanceOf = fn(&EstimateAnswer) -> UnbalanceAnswer;
 type QuantityOf = fn(UnbalanceAnswer) -> f64;
@@ -42,13 +47,16 @@ impl TrackPage<'_> {
         let answer = self.answer;
         let elsewhere = answer.joint.iter().flat_map(|joint| &joint.events).filter(|e| e.is_elsewhere);
         let elsewhere = elsewhere.map(|e| (e.time_d, "no bearing explains".to_string()));
-        let events =
-            answer.reidentified.iter().map(|r| (r.since_d, "new bearings".to_string())).chain(elsewhere);
+        let refitted = answer.reidentified.iter().map(|r| (r.since_d, refitted(r)));
+        let of_unbalance = answer.flags.iter().filter(|f| f.cause == "unbalance");
+        let jumped = of_unbalance.map(|f| (f.since_d, "unbalance jumped".to_string()));
+        let events = refitted.chain(jumped).chain(elsewhere);
         let drawn = Trend {
             along: self.dates.axis(),
             quantity: quantity.into(),
             events: events.collect(),
             flags: answer.flags.iter().map(|f| f.time_d).collect(),
+            begin: self.dates.iso(0.0),
             ..parts
         };
         Figure::new(title, caption, trend(&drawn))
@@ -75,6 +83,7 @@ impl TrackPage<'_> {
         let found = found.map(|joint| events(&joint.events, dates));
         let cases = answer.reidentified.iter().filter(|r| !r.cases.is_empty()).map(|r| cases(r, dates));
         let of = |curves| Trend { curves, ..Trend::default() };
+        let limited = Trend { limits: vec![("model is wrong".into(), RATIO_LIMIT)], ..of(ratio) };
         Section {
             heading: "Does the model fit?".into(),
             paragraphs,
@@ -91,7 +100,7 @@ impl TrackPage<'_> {
                     "Residual over feature sum",
                     "residual / feature sum, %",
                     "Above a third the model is wrong, whatever it was before.",
-                    of(ratio),
+                    limited,
                 ),
             ],
         }
@@ -168,12 +177,20 @@ impl TrackPage<'_> {
     }
 }
 
+/// What was fitted anew after an event, by its case.
+fn refitted(r: &ReidentifiedAnswer) -> String {
+    match r.case {
+        3 | 4 => "both bearings refitted".into(),
+        _ => format!("bearing {} refitted", r.bearing),
+    }
+}
+
 /// A curve in its interval, where there is one.
 fn banded(name: &str, curve: &BandedCurve) -> Trend {
     let band = &curve.interval_95;
     Trend {
         curves: vec![(name.to_string(), curve.points.clone())],
-        band: (!band.is_empty()).then(|| ("95 % interval".into(), band.clone())),
+        bands: (!band.is_empty()).then(|| ("95 % interval".into(), band.clone())).into_iter().collect(),
         ..Trend::default()
     }
 }

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use rotor_edge_desktop::interval::HALF_95;
 
 use super::sampling;
+use super::story::verdict;
 use crate::answers::track::{
     EstimateAnswer, EventAnswer, JointAnswer, PlaneInterval, ReidentifiedAnswer, TrackAnswer,
 };
@@ -12,7 +13,8 @@ use crate::ingest::dates::Dates;
 
 /// The whole answer on a terminal; `rotor` is its name.
 pub fn text(rotor: &str, answer: &TrackAnswer, dates: Dates) -> String {
-    let mut text = format!("{rotor}: {} readings, method {}\n", answer.recorded, answer.method);
+    let mut text = format!("{rotor}: {}\n\n", verdict(answer, dates));
+    let _ = writeln!(text, "{} readings, method {}", answer.recorded, answer.method);
     for remark in &answer.remarks {
         let _ = writeln!(text, "  {remark}");
     }
