@@ -25,6 +25,7 @@ pub mod gateway;
 pub mod hearing;
 pub mod item;
 pub mod live;
+mod names;
 pub mod numbering;
 pub mod sink;
 pub mod store;

@@ -3,6 +3,7 @@
 use anyhow::Result;
 use rotor_edge::bus::states::name;
 use rotor_edge_core::state::NodeState;
+use rotor_edge_desktop::rotor_file;
 use rusqlite::{Connection, OptionalExtension as _};
 use serde::Serialize;
 use serde_json::Value;
@@ -10,6 +11,7 @@ use serde_json::Value;
 use super::machines::{StatedMachine, sources};
 use super::task::FleetCommand;
 use crate::item::Source;
+use crate::names::Names;
 
 /// What is known of one machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -66,6 +68,14 @@ pub fn all(connection: &Connection, from_us: i64) -> Result<Vec<MachineSummary>>
     Ok(all)
 }
 
+/// What the machine's own file calls its parts; a drawing that cannot be read names nothing.
+fn names(connection: &Connection, id: i64) -> Result<Names> {
+    let sql = "SELECT rotor FROM machine WHERE source = ?";
+    let rotor: Option<String> = connection.query_row(sql, [id], |row| row.get(0)).optional()?;
+    let rotor = rotor.and_then(|text| rotor_file::parse("rotor.toml", &text).ok());
+    Ok(Names::of(rotor.as_ref()))
+}
+
 fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(ChangeStatus, String)> {
     let count = |sql: &str| connection.query_row(sql, (id, from_us), |row| row.get::<_, i64>(0));
     let results = count("SELECT count(*) FROM result WHERE source = ? AND time_us >= ?")?;
@@ -83,7 +93,8 @@ fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(ChangeStatu
         )
         .optional()?;
     if let Some((true, suspect, _)) = is_up {
-        let at = suspect.map_or_else(String::new, |bearing| format!(", at bearing {bearing}"));
+        let names = names(connection, id)?;
+        let at = suspect.map_or_else(String::new, |bearing| format!(", at {}", names.bearing(bearing)));
         return Ok((ChangeStatus::Changed, format!("its flag is up{at}")));
     }
     if risen > 0 {

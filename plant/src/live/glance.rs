@@ -1,14 +1,17 @@
 //! What a person who walks past wants to know of each monitor, the worst first.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use rotor_edge::bus::states::name;
-use rotor_edge::watch::reasons::{Why, why};
+use rotor_edge::watch::reasons::why;
 use rotor_edge_core::node::NodeConfig;
 use rotor_edge_core::state::Reason;
 use serde::Serialize;
 
 use super::alarm::{Acknowledged, Key};
+use super::recent::Recent;
+use crate::names::Names;
 use crate::store::Newest;
 
 /// Heartbeats missed after which a monitor is silent.
@@ -47,6 +50,17 @@ pub struct Glance {
     pub state_since_us: i64,
     /// Who has seen it in this state since then.
     pub acknowledged: Option<Acknowledged>,
+    /// What its machine is called, where that was stated.
+    pub machine: Option<String>,
+    #[serde(skip)]
+    pub known: Known,
+}
+
+/// What is known of a monitor besides what it told last.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Known {
+    pub names: Arc<Names>,
+    pub recent: Arc<Recent>,
 }
 
 impl Glance {
@@ -62,8 +76,14 @@ impl Glance {
 }
 
 /// All of them as they are at a time, the worst first; of those in one state, first what nobody has seen.
-pub fn all(newest: &[Newest], acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -> Vec<Glance> {
-    let mut all: Vec<Glance> = newest.iter().map(|one| of(one, acknowledged, now_us)).collect();
+pub fn all(
+    newest: &[Newest],
+    acknowledged: &HashMap<Key, Acknowledged>,
+    known: &HashMap<i64, Known>,
+    now_us: i64,
+) -> Vec<Glance> {
+    let known = |one: &Newest| known.get(&one.source).cloned().unwrap_or_default();
+    let mut all: Vec<Glance> = newest.iter().map(|one| of(one, acknowledged, known(one), now_us)).collect();
     let place = |glance: &Glance| ORDER.iter().position(|state| *state == glance.state_now);
     all.sort_by_key(|glance| {
         (place(glance).map_or(0, |place| place + 1), glance.is_alarm && glance.acknowledged.is_some())
@@ -71,14 +91,14 @@ pub fn all(newest: &[Newest], acknowledged: &HashMap<Key, Acknowledged>, now_us:
     all
 }
 
-fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -> Glance {
+fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, known: Known, now_us: i64) -> Glance {
     let quiet_us = (QUIET_PERIODS * NodeConfig::HEARTBEAT_PERIOD_US) as i64;
     let age_us = newest.heard_us.map(|heard_us| now_us - heard_us);
     let is_silent = age_us.is_none_or(|age_us| age_us > quiet_us);
     let state = newest.state.as_deref().unwrap_or("silent");
     let why = match is_silent {
         true => format!("nothing is heard of it; it was {state}: see its supply, its bus and the gateway"),
-        false => in_words(newest),
+        false => in_words(newest, &known.names),
     };
     let state_now: String = if is_silent { "silent" } else { state }.into();
     let state_since_us = if is_silent { newest.heard_us } else { newest.since_us }.unwrap_or(0);
@@ -93,25 +113,48 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, now_us: i64) -
         age_s: age_us.map(|us| us.max(0) as f64 * 1e-6),
         state_since_us,
         acknowledged,
+        machine: known.names.machine.clone(),
+        known,
     }
 }
 
 /// What its reason means and what to do about it; of one that is flagged, what raised the flag and at which bearing, and what is
 /// the matter now if that is something else.
-fn in_words(newest: &Newest) -> String {
-    let meant = |word: &Option<String>| {
-        (1..=u8::MAX).map(Reason::from_code).find(|reason| Some(name(reason)) == *word)
-    };
-    let [reason, cause] = [&newest.reason, &newest.cause].map(meant);
+fn in_words(newest: &Newest, names: &Names) -> String {
     let is_flagged = newest.state.as_deref() == Some("flagged");
-    let Some(told) = cause.filter(|_| is_flagged).or(reason) else { return String::new() };
-    let Why { what, next } = why(told, 0);
-    let suspect = newest.suspect.filter(|_| is_flagged);
-    let suspect = suspect.map_or(String::new(), |bearing| format!(", suspect bearing {bearing}"));
-    let present = reason.filter(|reason| *reason != told);
-    let present = present.map_or(String::new(), |reason| format!("; at present {}", why(reason, 0).what));
+    let Some(told) = told(is_flagged, &newest.reason, &newest.cause) else { return String::new() };
+    let next = why(told, 0).next;
     let next = if next.is_empty() { String::new() } else { format!(": {next}") };
-    format!("{what}{suspect}{present}{next}")
+    let words =
+        change_in_words(newest.state.as_deref(), &newest.reason, &newest.cause, newest.suspect, names);
+    format!("{words}{next}")
+}
+
+/// The reason by its word.
+fn meant(word: &Option<String>) -> Option<Reason> {
+    (1..=u8::MAX).map(Reason::from_code).find(|reason| Some(name(reason)) == *word)
+}
+
+/// What is told of a state first: of a flag what raised it, else the reason.
+fn told(is_flagged: bool, reason: &Option<String>, cause: &Option<String>) -> Option<Reason> {
+    meant(cause).filter(|_| is_flagged).or(meant(reason))
+}
+
+/// Why a monitor is or was in a state; of a flag what raised it, at which bearing, and what is the matter besides.
+pub fn change_in_words(
+    state: Option<&str>,
+    reason: &Option<String>,
+    cause: &Option<String>,
+    suspect: Option<u8>,
+    names: &Names,
+) -> String {
+    let is_flagged = state == Some("flagged");
+    let Some(told) = told(is_flagged, reason, cause) else { return String::new() };
+    let suspect = suspect.filter(|_| is_flagged);
+    let suspect = suspect.map_or(String::new(), |bearing| format!(", suspect {}", names.bearing(bearing)));
+    let besides = meant(reason).filter(|reason| *reason != told);
+    let besides = besides.map_or(String::new(), |reason| format!("; at present {}", why(reason, 0).what));
+    format!("{}{suspect}{besides}", why(told, 0).what)
 }
 
 #[cfg(test)]
@@ -151,7 +194,7 @@ mod tests {
         let ada = || Acknowledged { who: "Ada".into(), time_us: 8 };
         let earlier = (2, "silent".to_string(), 1);
         let acknowledged = HashMap::from([((3, "flagged".to_string(), 7), ada()), (earlier, ada())]);
-        let seen = all(&newest, &acknowledged, now_us);
+        let seen = all(&newest, &acknowledged, &HashMap::new(), now_us);
         let shown: Vec<(u8, &str)> = seen.iter().map(|g| (g.newest.node, g.state_now.as_str())).collect();
         assert_eq!(
             shown,
@@ -177,11 +220,11 @@ mod tests {
     fn flag_shows_cause_bearing_and_present_state() {
         let risen = Newest { suspect: Some(2), cause: Some("rise".into()), ..told(3, "flagged", "rise", 0) };
         assert_eq!(
-            in_words(&risen),
+            in_words(&risen, &Names::default()),
             "the residual rose above its level, suspect bearing 2: record a run-up and run `rotor-edge improve`"
         );
         let stopped = Newest { reason: Some("age".into()), ..risen.clone() };
-        let words = in_words(&stopped);
+        let words = in_words(&stopped, &Names::default());
         assert!(
             words.starts_with(
                 "the residual rose above its level, suspect bearing 2; at present the last judged reading is too old: "
@@ -190,10 +233,10 @@ mod tests {
         );
         let newer = Newest { reason: Some("reason_30".into()), ..told(3, "tracking", "none", 0) };
         assert_eq!(
-            in_words(&newer),
+            in_words(&newer, &Names::default()),
             "reason 30, which this program does not know: watch with a newer program"
         );
         let later = Newest { state: Some("tracking".into()), reason: Some("none".into()), ..risen };
-        assert_eq!(in_words(&later), "", "a cause is one of the flag");
+        assert_eq!(in_words(&later, &Names::default()), "", "a cause is one of the flag");
     }
 }

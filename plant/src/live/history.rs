@@ -34,26 +34,52 @@ pub struct Stretch {
     pub spreads: Vec<Option<Spread>>,
 }
 
-/// The rows of a table in a period, which ends with `to_us`, those whose time is doubtful left out.
+/// How finely a period is told.
+#[derive(Debug, Clone, Copy)]
+pub struct Resolution {
+    /// Equal stretches of the period.
+    pub stretches: i64,
+    /// Rows that a stretch is judged by, its first ones.
+    pub rows: usize,
+}
+
+/// The rows of a table in a period, which ends with `to_us`, as finely as a figure shows them; those whose time is doubtful are
+/// left out.
 ///
 /// # Errors
 /// If the store cannot be read.
 pub fn of(
     connection: &Connection,
+    table_and_source: (&str, i64),
+    quantities: &[Quantity],
+    period_us: (i64, i64),
+) -> Result<Vec<Stretch>> {
+    let resolution = Resolution { stretches: STRETCHES, rows: MOST_ROWS };
+    sampled(connection, table_and_source, quantities, period_us, resolution)
+}
+
+/// The same at any resolution.
+///
+/// # Errors
+/// If the store cannot be read.
+pub fn sampled(
+    connection: &Connection,
     (table, source): (&str, i64),
     quantities: &[Quantity],
     (from_us, to_us): (i64, i64),
+    resolution: Resolution,
 ) -> Result<Vec<Stretch>> {
+    let Resolution { stretches, rows: most_rows } = resolution;
     let columns: Vec<&str> = quantities.iter().flat_map(|q| q.columns.iter().copied()).collect();
     let sql = format!(
         "SELECT {} FROM {table} WHERE source = ? AND time_us > ? AND time_us <= ? AND clock_doubtful = 0 \
-         ORDER BY time_us LIMIT {MOST_ROWS}",
+         ORDER BY time_us LIMIT {most_rows}",
         columns.join(", ")
     );
     let mut statement = connection.prepare(&sql)?;
-    let edge = |stretch: i64| from_us + (to_us - from_us) * stretch / STRETCHES;
+    let edge = |stretch: i64| from_us + (to_us - from_us) * stretch / stretches;
     let mut all = Vec::new();
-    for stretch in 0..STRETCHES {
+    for stretch in 0..stretches {
         let (begin, end) = (edge(stretch), edge(stretch + 1));
         let mut values: Vec<Vec<f64>> = vec![Vec::new(); quantities.len()];
         let mut rows = statement.query((source, begin, end))?;

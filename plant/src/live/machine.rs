@@ -2,23 +2,27 @@
 
 use anyhow::Result;
 use maud::{Markup, html};
+use rotor_edge::render::sketch::{Mark, sketch};
 use rotor_edge::scale::three_digits;
 use rotor_edge_core::reading::ProbeVector;
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rusqlite::{Connection, OptionalExtension as _};
 
-use super::glance::Glance;
+use super::glance::{Glance, change_in_words};
 use super::jobs;
 use super::page::{ago_us, moment, path, said, seen};
 use crate::fleet::queue;
+use crate::names::Names;
 
 /// Changes of state and jobs that are listed.
 const MOST_LISTED: u32 = 10;
 
-/// What is told anew whenever it changes. `probes` are their names, where the machine is stated.
+/// What is told anew whenever it changes. `rotor` is the machine, where that is stated.
 ///
 /// # Errors
 /// If the store cannot be read.
-pub fn live(connection: &Connection, glance: &Glance, probes: &[String], now_us: i64) -> Result<Markup> {
+pub fn live(connection: &Connection, glance: &Glance, rotor: Option<&Rotor>, now_us: i64) -> Result<Markup> {
+    let names = Names::of(rotor);
     let newest = &glance.newest;
     let source = newest.source;
     let jobs = queue::newest(connection, Some(source), MOST_LISTED)?;
@@ -31,16 +35,25 @@ pub fn live(connection: &Connection, glance: &Glance, probes: &[String], now_us:
         }
         p { "Heard " (newest.heard_us.map_or("never".into(), |heard_us| ago_us(now_us, heard_us))) "." }
         @if let Some((_, state, since_us)) = glance.unseen_alarm() { span id="alarm" data-state=(state) data-since=(since_us) {} }
+        @if let Some(rotor) = rotor { div class="drawing" { (drawing(rotor, glance)) } }
         div class="tables" {
-            (reading(connection, source, probes, now_us)?)
-            (result(connection, source, now_us)?)
-            (changes(connection, source)?)
+            (reading(connection, source, &names, now_us)?)
+            (result(connection, source, &names, now_us)?)
+            (changes(connection, source, &names)?)
         }
         @if !jobs.is_empty() { h2 { "Asked of it" } (jobs::table(&jobs)) }
     })
 }
 
-fn reading(connection: &Connection, source: i64, probes: &[String], now_us: i64) -> Result<Markup> {
+/// The machine to scale; of one that is flagged, with the bearing that is suspected.
+fn drawing(rotor: &Rotor, glance: &Glance) -> Markup {
+    let suspect = glance.newest.suspect.filter(|_| glance.newest.state.as_deref() == Some("flagged"));
+    let bearing = suspect.and_then(|number| rotor.bearing.get(usize::from(number).checked_sub(1)?));
+    let mark = bearing.map(|b| Mark { position_m: b.position_m, text: "suspect".into(), is_main: true });
+    sketch(&rotor.name, rotor, mark.as_slice())
+}
+
+fn reading(connection: &Connection, source: i64, names: &Names, now_us: i64) -> Result<Markup> {
     let sql = "SELECT * FROM reading WHERE source = ? ORDER BY epoch DESC, sequence DESC LIMIT 1";
     let told = |row: &rusqlite::Row| {
         let number = |name: String| row.get::<_, Option<f64>>(name.as_str());
@@ -58,8 +71,6 @@ fn reading(connection: &Connection, source: i64, probes: &[String], now_us: i64)
     else {
         return Ok(html! { p { "No reading was heard yet." } });
     };
-    let named =
-        |probe: u8| probes.get(usize::from(probe) - 1).cloned().unwrap_or_else(|| format!("probe {probe}"));
     Ok(html! {
         table {
             caption { "Last reading, " (ago_us(now_us, time_us)) }
@@ -74,7 +85,7 @@ fn reading(connection: &Connection, source: i64, probes: &[String], now_us: i64)
                 }
                 @for (probe, vector, gap_v) in lines {
                     tr {
-                        td { (named(probe)) }
+                        td { (names.probe(probe)) }
                         td { (vector.map_or("lost".into(), |v| three_digits(v.amplitude_um().into()))) }
                         td { (vector.map_or("–".into(), |v| format!("{:.0}", v.lag_deg()))) }
                         td { (gap_v.map_or("–".into(), |v| format!("{v:.2}"))) }
@@ -85,7 +96,7 @@ fn reading(connection: &Connection, source: i64, probes: &[String], now_us: i64)
     })
 }
 
-fn result(connection: &Connection, source: i64, now_us: i64) -> Result<Markup> {
+fn result(connection: &Connection, source: i64, names: &Names, now_us: i64) -> Result<Markup> {
     let sql = "SELECT * FROM result WHERE source = ? ORDER BY epoch DESC, sequence DESC LIMIT 1";
     let told = |row: &rusqlite::Row| {
         let number = |name: String| row.get::<_, Option<f64>>(name.as_str());
@@ -96,7 +107,7 @@ fn result(connection: &Connection, source: i64, now_us: i64) -> Result<Markup> {
                 let angle_deg = sin.atan2(cos).to_degrees();
                 format!("{} g·mm at {angle_deg:.0}°", three_digits(cos.hypot(sin)))
             });
-            lines.push((format!("unbalance {plane}"), value));
+            lines.push((format!("unbalance, {}", names.plane(plane)), value));
         }
         for (name, column) in [("residual", "residual_um"), ("not suspicious below", "floor_um")] {
             let value = number(column.into())?;
@@ -122,12 +133,14 @@ fn result(connection: &Connection, source: i64, now_us: i64) -> Result<Markup> {
     })
 }
 
-fn changes(connection: &Connection, source: i64) -> Result<Markup> {
-    let sql = "SELECT time_us, state, reason, suspect FROM state WHERE source = ? ORDER BY epoch DESC, sequence DESC LIMIT ?";
+fn changes(connection: &Connection, source: i64, names: &Names) -> Result<Markup> {
+    let sql = "SELECT time_us, state, reason, cause, suspect FROM state WHERE source = ? ORDER BY epoch DESC, sequence DESC LIMIT ?";
     let mut statement = connection.prepare_cached(sql)?;
     let row = |row: &rusqlite::Row| {
-        let (state, reason): (String, String) = (row.get(1)?, row.get(2)?);
-        Ok((row.get::<_, i64>(0)?, state, reason, row.get::<_, Option<u8>>(3)?))
+        let (state, reason, cause): (String, Option<String>, Option<String>) =
+            (row.get(1)?, row.get(2)?, row.get(3)?);
+        let words = change_in_words(Some(&state), &reason, &cause, row.get(4)?, names);
+        Ok((row.get::<_, i64>(0)?, state, words))
     };
     let all: Vec<_> = statement.query_map((source, MOST_LISTED), row)?.collect::<rusqlite::Result<_>>()?;
     Ok(html! {
@@ -135,14 +148,11 @@ fn changes(connection: &Connection, source: i64) -> Result<Markup> {
             table {
                 caption { "Last changes" }
                 tbody {
-                    @for (time_us, state, reason, suspect) in &all {
+                    @for (time_us, state, words) in &all {
                         tr class=(state) {
                             td { (moment(*time_us)) }
                             td class="state" { (said(state)) }
-                            td {
-                                @if reason != "none" { (said(reason)) }
-                                @if let Some(bearing) = suspect { " at bearing " (bearing) }
-                            }
+                            td { (words) }
                         }
                     }
                 }

@@ -20,9 +20,11 @@ mod guesses;
 mod history;
 mod host;
 mod jobs;
+mod known;
 mod machine;
 mod metrics;
 mod page;
+mod recent;
 mod served;
 mod trends;
 
@@ -47,6 +49,7 @@ use crate::store::{Newest, Store};
 use alarm::{Acknowledged, Key};
 use glance::Glance;
 use host::Hosts;
+use known::KnownMachines;
 use served::Served;
 
 /// Between two looks into the store: a quarter of what a reader may wait.
@@ -76,7 +79,9 @@ pub fn serve(
 ) -> Result<()> {
     let store = Store::open_to_read(&path)?;
     let mut told = StoreSnapshot::read(&store)?;
-    let (tell, seen) = watch::channel(Arc::new(told.at_present()));
+    let mut known = KnownMachines::default();
+    known.look(&store, &told.newest, now_us())?;
+    let (tell, seen) = watch::channel(Arc::new(told.at_present(&known)));
     let runtime =
         Builder::new_multi_thread().worker_threads(1).max_blocking_threads(READERS).enable_all().build()?;
     let listener = runtime
@@ -92,7 +97,9 @@ pub fn serve(
         if let Ok(now) = StoreSnapshot::read(&store) {
             told = now;
         }
-        tell.send_replace(Arc::new(told.at_present()));
+        // what is known of the machines may be as old as it is
+        let _ = known.look(&store, &told.newest, now_us());
+        tell.send_replace(Arc::new(told.at_present(&known)));
     }
     // whoever still listens is not waited for
     runtime.shutdown_background();
@@ -132,8 +139,8 @@ impl StoreSnapshot {
         Ok(Self { newest: store.newest()?, acknowledged: alarm::acknowledged(store.reading())? })
     }
 
-    fn at_present(&self) -> Vec<Glance> {
-        glance::all(&self.newest, &self.acknowledged, now_us())
+    fn at_present(&self, known: &KnownMachines) -> Vec<Glance> {
+        glance::all(&self.newest, &self.acknowledged, known.all(), now_us())
     }
 }
 

@@ -24,7 +24,7 @@ pub fn whole(title: &str, events: &str, live: &Markup, beside: &Markup) -> Strin
                 title { (title) }
             }
             body data-events=(events) {
-                nav { a href="/" { "Monitors" } " " a href="/jobs" { "Jobs" } }
+                nav { a href="/" { "Machines" } " " a href="/jobs" { "Jobs" } }
                 h1 { (title) }
                 p id="link" role="status" { "The page as it was loaded." }
                 main id="live" { (live) }
@@ -48,23 +48,34 @@ pub fn monitors(all: &[Glance], now_us: i64) -> Markup {
     html! {
         @if all.is_empty() { p { "Nothing was heard of any monitor yet." } }
         ul class="states" { @for (state, number) in states { li class=(state) { b { (number) } " " (said(state)) } } }
-        table class="monitors" {
-            thead { tr { @for name in ["plant", "bus", "node", "state", "residual", "heard", ""] { th scope="col" { (name) } } } }
-            tbody {
-                @for glance in all {
-                    @let newest = &glance.newest;
-                    tr class=(glance.state_now) {
-                        td { (newest.plant) } td { (newest.bus) }
-                        td { a href=(path(&newest.plant, &newest.bus, newest.node)) { (newest.node) } }
-                        td class="state" { (said(&glance.state_now)) }
-                        td { (newest.ratio.map_or("–".into(), |ratio| format!("{:.1} %", 100.0 * ratio))) }
-                        td { (glance.age_s.map_or("never".into(), ago)) }
-                        td { (glance.why) (seen(glance.acknowledged.as_ref(), now_us)) }
-                    }
-                }
+        ul class="tiles" { @for glance in all { (tile(glance, now_us)) } }
+    }
+}
+
+/// One machine by its own name: state, age, residual, unbalance and its last day.
+fn tile(glance: &Glance, now_us: i64) -> Markup {
+    let newest = &glance.newest;
+    let known = &glance.known;
+    html! {
+        li class=(glance.state_now) {
+            h2 { a href=(path(&newest.plant, &newest.bus, newest.node)) { (named(glance)) } }
+            p class="place" { (newest.plant) ", " (newest.bus) ", node " (newest.node) }
+            p { b class="state" { (said(&glance.state_now)) } ", heard " (glance.age_s.map_or("never".into(), ago)) }
+            p {
+                "Unbalance: " (known.recent.in_words(&known.names)) ". Residual: "
+                (newest.ratio.map_or("–".into(), |ratio| format!("{:.1} %", 100.0 * ratio))) "."
+            }
+            (known.recent.drawing())
+            @if !glance.why.is_empty() || glance.acknowledged.is_some() {
+                p class="why" { (glance.why) (seen(glance.acknowledged.as_ref(), now_us)) }
             }
         }
     }
+}
+
+/// The name of a machine, or its monitor where nobody stated the machine.
+pub fn named(glance: &Glance) -> String {
+    glance.machine.clone().unwrap_or_else(|| format!("Monitor {}", glance.newest.node))
 }
 
 /// Where the page of a monitor is.

@@ -85,10 +85,8 @@ impl Served {
     async fn machine(&self, words: &(String, String, u8)) -> PageResult<Markup> {
         let glance = self.glance(words)?;
         self.read(move |store| {
-            let probes = rotor(store, glance.newest.source)?;
-            let probes = probes.map(|rotor| rotor.probe.into_iter().map(|probe| probe.name).collect());
-            let probes: Vec<String> = probes.unwrap_or_default();
-            machine_page::live(store.reading(), &glance, &probes, now_us())
+            let rotor = rotor(store, glance.newest.source)?;
+            machine_page::live(store.reading(), &glance, rotor.as_ref(), now_us())
         })
         .await
     }
@@ -168,7 +166,7 @@ fn shown(title: &str, events: &str, live: &Markup, beside: &Markup) -> Response 
 
 /// `/`
 pub async fn monitors(State(served): State<Served>) -> Response {
-    shown("Monitors", "/events", &served.monitors(), &html! {})
+    shown("Machines", "/events", &served.monitors(), &html! {})
 }
 
 /// `/events`
@@ -219,7 +217,7 @@ pub async fn machine(
         }
         iframe id="figures" title="Trends and orbits" src={ (at) "/figures?hours=" (hours) } {}
     };
-    let title = format!("{}, {}, monitor {}", newest.plant, newest.bus, newest.node);
+    let title = format!("{}: {}, {}, node {}", page::named(&glance), newest.plant, newest.bus, newest.node);
     Ok(shown(&title, &format!("{at}/events"), &served.machine(&words).await?, &beside))
 }
 

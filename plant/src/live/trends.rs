@@ -13,6 +13,7 @@ use rusqlite::{Connection, OptionalExtension as _};
 
 use super::history::{MOST_ROWS, Quantity, Stretch, of};
 use super::page::moment;
+use crate::names::Names;
 
 /// Longer times are told in days, h.
 const LONGEST_IN_HOURS: f64 = 48.0;
@@ -24,7 +25,8 @@ const fn single(name: &'static str, columns: &'static [&'static str]) -> Quantit
 
 const RESIDUAL: [Quantity; 2] =
     [single("residual", &["residual_um"]), single("not suspicious below", &["floor_um"])];
-const UNBALANCE: [Quantity; 4] = [
+/// Unbalance of each plane.
+pub const UNBALANCE: [Quantity; 4] = [
     single("plane 1", &["u1_cos_g_mm", "u1_sin_g_mm"]),
     single("plane 2", &["u2_cos_g_mm", "u2_sin_g_mm"]),
     single("plane 3", &["u3_cos_g_mm", "u3_sin_g_mm"]),
@@ -78,6 +80,7 @@ pub fn figures(
     now_us: i64,
 ) -> Result<String> {
     let period = Period { from_us: now_us - (hours * US_AN_HOUR) as i64, to_us: now_us };
+    let names = Names::of(rotor);
     let mut figures = Vec::new();
     let flags = flags(connection, source, &period)?;
     let tables: [(&str, &str, &str, &[Quantity], &str); 4] = [
@@ -95,8 +98,11 @@ pub fn figures(
     for (title, unit, table, quantities, caption) in tables {
         let stretches = of(connection, (table, source), quantities, (period.from_us, period.to_us))?;
         let mut drawn = drawn(&period, quantities, &stretches, unit);
-        if title == "Vibration" {
-            name_probes(&mut drawn, rotor);
+        let [probes, planes] = names.counts();
+        match title {
+            "Vibration" if probes == drawn.curves.len() => rename(&mut drawn, |number| names.probe(number)),
+            "Unbalance" if planes == drawn.curves.len() => rename(&mut drawn, |number| names.plane(number)),
+            _ => {}
         }
         if title == "Residual" {
             drawn.flags.clone_from(&flags);
@@ -165,14 +171,13 @@ fn mark_lonely(chart: &mut Chart, drawn: &Trend) {
     }
 }
 
-/// Probes as the drawing calls them, if it has as many as the readings.
-fn name_probes(drawn: &mut Trend, rotor: Option<&Rotor>) {
-    let Some(rotor) = rotor.filter(|rotor| rotor.probe.len() == drawn.curves.len()) else { return };
-    for ((name, _), probe) in drawn.curves.iter_mut().zip(&rotor.probe) {
-        name.clone_from(&probe.name);
+/// Curves as the machine's file calls them, by their number from 1.
+fn rename(drawn: &mut Trend, name: impl Fn(u8) -> String) {
+    for ((own, _), number) in drawn.curves.iter_mut().zip(1..) {
+        *own = name(number);
     }
-    if let (Some((name, _)), Some(probe)) = (drawn.bands.first_mut(), rotor.probe.first()) {
-        *name = format!("{}, least to most", probe.name);
+    if let Some((own, _)) = drawn.bands.first_mut() {
+        *own = format!("{}, least to most", name(1));
     }
 }
 

@@ -190,15 +190,22 @@ fn machine_page_shows_state_and_takes_acknowledgement() {
 
     let (_, shown) = asked(&address, &format!("GET {page}"));
     for expected in [
-        "the residual rose above its level, suspect bearing 2; at present the last judged reading is too old",
-        "at bearing 2",
+        "the residual rose above its level, suspect bearing 16; at present the last judged reading is too old",
+        "<h1>turbine: north, hall1, node 1</h1>",
+        "class=\"mark main\"",
         "40 days, 0 flags",
         "Last reading",
         "15X",
     ] {
         assert!(shown.contains(expected), "{expected} is not in {shown}");
     }
-    assert!(asked(&address, "GET /").1.contains(page), "the page of all leads to it");
+    for wrong in ["age at bearing", "bearing 2", "probe 1", "monitor 1", "unbalance 1"] {
+        assert!(!shown.contains(wrong), "{wrong} is no name of the machine's file: {shown}");
+    }
+    let (_, all) = asked(&address, "GET /");
+    for expected in [page, "class=\"tiles\"", ">turbine</a>", "Unbalance:", "class=\"small\""] {
+        assert!(all.contains(expected), "{expected} is not on the page of all: {all}");
+    }
     assert!(asked(&address, "GET /jobs").1.contains("40 days, 0 flags"));
     let (head, figures) = asked(&address, &format!("GET {page}/figures?hours=87600"));
     assert!(head.contains("frame-ancestors 'self'"), "{head}");
