@@ -8,6 +8,7 @@ use crate::effects::Knowledge;
 use crate::fit::bearings::BearingParameter;
 use crate::machine::drawing::Noise;
 use crate::statistics::scatter::Scatter;
+use crate::statistics::significance::percent;
 pub use crate::statistics::significance::{RIVAL, SURE};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,6 +153,20 @@ pub struct SuspectedMistake {
     pub probability: Option<f64>,
     /// χ² per measured real number without it, where that was fitted.
     pub chi2_per_value: Option<f64>,
+}
+
+impl SuspectedMistake {
+    /// The summary of a diagnosis that names it.
+    pub fn summary(&self) -> String {
+        match self.probability {
+            Some(p) => format!(
+                "{} ({} probable). Without that mistake the model is adequate; no effect is claimed.",
+                self.words,
+                percent(p)
+            ),
+            None => format!("{}. No effect is claimed.", self.words),
+        }
+    }
 }
 
 /// A measurement that would tell rivals apart.

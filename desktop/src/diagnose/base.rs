@@ -9,6 +9,7 @@ use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
 use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
+use crate::statistics::scatter::Scatter;
 
 /// Candidates whose drawing errors are settled together with them.
 const REFINED: usize = 10;
@@ -355,6 +356,13 @@ impl<'a> BaseModel<'a> {
     pub fn relative_error(&self, fit: &Fit) -> f64 {
         relative_error(&self.fitter.data, fit)
     }
+}
+
+/// Whether the noise that a model leaves can be the noise that was stated: within two standard deviations of how far
+/// that is trusted, and neither as correlated nor as different from run to run as noise can be.
+pub fn explains(scatter: &Scatter, base: &BaseModel) -> bool {
+    let of_size = scatter.neg2_log_prior(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0;
+    of_size && !scatter.is_at_edge()
 }
 
 /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of a fit.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::answer::{Candidate, Diagnosis, DiagnosisVerdict, SURE};
+use super::answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, SURE};
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
 use super::mistaken::{MistakeComparison, mistaken_unit};
@@ -138,10 +138,8 @@ impl BaseModel<'_> {
     ) -> Result<Diagnosis, Error> {
         let rotor = self.fitter.rotor;
         let ModelComparison { tried, unknown, mistaken, ranking } = weighed;
-        let held_out = match tried.first() {
-            Some(best) if ranking.nothing_missing < SURE => Some(held_out::check(self, best)?),
-            _ => None,
-        };
+        let doubted = tried.first().filter(|_| ranking.nothing_missing < SURE);
+        let held_out = doubted.map(|best| held_out::check(self, best)).transpose()?;
         let unit = mistaken_unit(rotor, readings, &self.fit.unknowns[..rotor.plane.len()]);
         let evidence = DiagnosisEvidence {
             base: self,
@@ -171,10 +169,7 @@ impl BaseModel<'_> {
         remarks.extend(sweep.map(|sweep| sweep.remark));
         remarks.extend(checks::far_below_noise(self));
         let asks = verdict == DiagnosisVerdict::Undecided && !too_fast && mistake.is_none();
-        let advice = if asks { advice::between_fits(self, tried, ranking, &noise) } else { Vec::new() };
-        if asks && advice.is_empty() {
-            remarks.push(advice::another_kind(self));
-        }
+        let advice = if asks { self.asked(weighed, &noise, &mut remarks) } else { Vec::new() };
         let stands_on =
             if verdict == DiagnosisVerdict::Missing { tried.first().map(|t| &t.fit) } else { None };
         remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&self.fit).unknowns));
@@ -212,6 +207,13 @@ impl BaseModel<'_> {
             bearings,
             refuted,
         })
+    }
+
+    /// Measurements that would tell the candidates apart; where no speed does, a remark on another kind of measurement.
+    fn asked(&self, weighed: &ModelComparison, noise: &Noise, remarks: &mut Vec<String>) -> Vec<Advice> {
+        let advice = advice::between_fits(self, &weighed.tried, &weighed.ranking, noise);
+        remarks.extend(advice.is_empty().then(|| advice::another_kind(self)));
+        advice
     }
 
     /// What the best candidate says of one run beside the others: stated weights that it refutes, and remarks.

@@ -4,10 +4,9 @@ use rayon::prelude::*;
 
 use super::answer::{Candidate, DiagnosisVerdict, SURE, SuspectedMistake};
 use super::as_file::as_file;
-use super::base::{BaseModel, CandidateFit, same};
+use super::base::{BaseModel, CandidateFit, explains, same};
 use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine};
 use super::planes::PlaneUnbalances;
-use super::rank::explains;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{EffectSet, SearchReach, SetComparison, together};
 use super::unknown::UnknownCause;

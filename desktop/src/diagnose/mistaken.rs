@@ -5,10 +5,9 @@ use argmin::solver::brent::BrentOpt;
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::answer::SuspectedMistake;
-use super::base::BaseModel;
+use super::answer::{RIVAL, SuspectedMistake};
+use super::base::{BaseModel, explains};
 use super::mistakes::Mistake;
-use super::rank::explains;
 use super::screening::chosen;
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -55,6 +54,8 @@ struct Files<'a, 'b> {
     noise: &'b Noise,
     /// What the search of the model as it is costs on that part.
     cost: f64,
+    /// How much less it costs without any added unbalance.
+    without_weights: f64,
 }
 
 impl MistakeComparison {
@@ -71,7 +72,15 @@ impl MistakeComparison {
         let part = part_of(readings);
         let as_it_is = Fitter::new(rotor, Data::new(rotor, noise, &part));
         let cost = BaseModel::search_cost(&as_it_is)?;
-        let files = Files { base, readings, part, noise, cost };
+        let mut unloaded = rotor.clone();
+        unloaded.run.iter_mut().for_each(|run| run.added_unbalance.clear());
+        let without_weights = match unloaded == *rotor {
+            true => 0.0,
+            false => {
+                cost - BaseModel::search_cost(&Fitter::new(&unloaded, Data::new(&unloaded, noise, &part)))?
+            }
+        };
+        let files = Files { base, readings, part, noise, cost, without_weights };
         let all = Mistake::possible(rotor);
         let possible = all.len();
         let progress = &base.fitter.progress;
@@ -146,7 +155,13 @@ impl Files<'_, '_> {
     fn at_sizes(&self, mistake: &Mistake) -> Vec<(f64, f64)> {
         let sizes = mistake.sizes(self.base.fitter.rotor);
         if sizes.is_empty() {
-            return self.gain(mistake, 0.0).map(|gain| (0.0, gain)).into_iter().collect();
+            let gain = self.gain(mistake, 0.0).map(|gain| (0.0, gain));
+            // weights that the data do not show at all say nothing of a unit
+            let is_shown = |(_, gain): &(f64, f64)| {
+                !matches!(mistake, Mistake::AmplitudeUnit(_))
+                    || *gain > self.without_weights - 2.0 * RIVAL.ln()
+            };
+            return gain.filter(is_shown).into_iter().collect();
         }
         let gain = |by: &f64| Some((*by, self.gain(mistake, *by)?));
         let mut tried: Vec<(f64, f64)> = sizes.iter().filter_map(gain).chain([(0.0, 0.0)]).collect();

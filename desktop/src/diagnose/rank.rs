@@ -7,7 +7,6 @@ use super::base::{BaseModel, CandidateFit};
 use super::mistaken::MistakeComparison;
 use crate::decomposition::singular_values;
 use crate::effects::Place;
-use crate::statistics::scatter::Scatter;
 use crate::units::same_speed;
 
 /// A singular value of the noise-weighted sensitivity below this is a direction that the data do not
@@ -81,6 +80,7 @@ pub fn rank(
     let rotor = base.fitter.rotor;
     let fits = mistaken.iter().flat_map(|all| &all.fits).zip(&mistakes);
     labels.extend(fits.filter(|(_, p)| **p >= RIVAL * best).map(|(m, _)| m.mistake.label(rotor)));
+    labels.dedup();
     let claimed = nothing_missing < SURE && labels.len() > 1;
     let groups = if claimed { vec![labels] } else { Vec::new() };
     Ranking { probabilities, nothing_missing, unknown, mistakes, groups, rivals }
@@ -90,13 +90,6 @@ pub fn rank(
 /// about what speaks against it when it is not, so that little either way says that the data do not see it.
 fn shows(t: &CandidateFit) -> bool {
     t.evidence.abs() > -2.0 * SURE.ln()
-}
-
-/// Whether the noise that a model leaves can be the noise that was stated: within two standard deviations of how far
-/// that is trusted, and neither as correlated nor as different from run to run as noise can be.
-pub fn explains(scatter: &Scatter, base: &BaseModel) -> bool {
-    let of_size = scatter.neg2_log_prior(base.fitter.stated_log_sd()) <= 4.0 || scatter.scale < 1.0;
-    of_size && !scatter.is_at_edge()
 }
 
 /// A sentence if the data cannot hold more than bearings and planes: at so few operating points, the

@@ -6,8 +6,8 @@
 use rayon::prelude::*;
 
 use super::answer::{RIVAL, SURE};
-use super::base::{BaseModel, CandidateFit};
-use super::rank::{OUTSIDE, explains, rank};
+use super::base::{BaseModel, CandidateFit, explains};
+use super::rank::{OUTSIDE, rank};
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
 use crate::fit::Fit;

@@ -1,12 +1,12 @@
 //! The verdict on the evidence, in one word and one sentence.
 
 use super::answer::{DiagnosisVerdict, HeldOut, SURE, SuspectedMistake};
-use super::base::{BaseModel, CandidateFit};
+use super::base::{BaseModel, CandidateFit, explains};
 use super::instruments::{SuspectProbe, suspect};
 use super::mistaken::MistakeComparison;
 use super::parameters;
 use super::planes::PlaneUnbalances;
-use super::rank::{Ranking, explains};
+use super::rank::Ranking;
 use super::sets::{EffectSet, SearchReach, SetComparison, is_enough, together};
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
@@ -67,53 +67,15 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             })
         };
         let say = |verdict, summary, scatter| conclude(verdict, summary, scatter, false);
-        let misfit = base.closest().chi2_per_value();
-        let probable = percent(nothing_missing);
         if let Some(mistake) = self.mistake() {
-            let why = match mistake.probability {
-                Some(p) => format!(
-                    "{} ({} probable). Without that mistake the model is adequate; no effect is claimed.",
-                    mistake.words,
-                    percent(p)
-                ),
-                None => format!("{}. No effect is claimed.", mistake.words),
-            };
-            return Ok(Conclusion {
-                mistake: Some(mistake),
-                ..say(DiagnosisVerdict::Undecided, why, scatter)?
-            });
+            let said = say(DiagnosisVerdict::Undecided, mistake.summary(), scatter)?;
+            return Ok(Conclusion { mistake: Some(mistake), ..said });
         }
         if nothing_missing >= SURE {
-            let noise = noise_in_words(&scatter, misfit);
-            if !explains(&scatter, base) {
-                let why = format!(
-                    "No known effect explains the misfit, and the residual is not the stated noise ({noise}). Either the noise \
-                     differs from the stated noise, or an unknown effect is missing."
-                );
-                let said = say(DiagnosisVerdict::Unknown, why, scatter)?;
-                return Ok(Conclusion { outside: nothing_missing + unknown, ..said });
-            }
-            if let Some(reason) = self.reason_not_to_use().filter(|_| nothing_missing >= 0.5) {
-                let why = format!(
-                    "The model fits ({noise}), and no missing effect is visible in these data ({probable} probable). But it is \
-                     not fit for balancing. {reason}"
-                );
-                return say(DiagnosisVerdict::NotDetermined, why, scatter);
-            }
-            return if nothing_missing >= 0.5 {
-                say(
-                    DiagnosisVerdict::Adequate,
-                    format!(
-                        "The misfit is noise ({noise}). No missing effect is visible in these data ({probable} probable)."
-                    ),
-                    scatter,
-                )
-            } else {
-                let why = format!(
-                    "An effect may be missing: noise alone explains the misfit with {probable} ({noise})."
-                );
-                say(DiagnosisVerdict::Undecided, why, scatter)
-            };
+            let (verdict, summary) = self.nothing_claimed(&scatter);
+            let outside =
+                if verdict == DiagnosisVerdict::Unknown { nothing_missing + unknown } else { unknown };
+            return Ok(Conclusion { outside, ..say(verdict, summary, scatter)? });
         }
         let best =
             self.tried.first().filter(|t| t.disqualified.is_none() && self.ranking.probabilities[0] > 0.0);
@@ -146,6 +108,38 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let why = best.missing_in_words(base, self.ranking.probabilities[0]);
         let said = conclude(DiagnosisVerdict::Missing, why, left, true)?;
         Ok(Conclusion { bad_probe: best.probe(base), ..said })
+    }
+
+    /// Verdict and summary where noise alone may be what is left.
+    fn nothing_claimed(&self, scatter: &Scatter) -> (DiagnosisVerdict, String) {
+        let base = self.base;
+        let nothing_missing = self.ranking.nothing_missing;
+        let probable = percent(nothing_missing);
+        let noise = noise_in_words(scatter, base.closest().chi2_per_value());
+        if !explains(scatter, base) {
+            let why = format!(
+                "No known effect explains the misfit, and the residual is not the stated noise ({noise}). Either the noise \
+                 differs from the stated noise, or an unknown effect is missing."
+            );
+            return (DiagnosisVerdict::Unknown, why);
+        }
+        if nothing_missing < 0.5 {
+            let why = format!(
+                "An effect may be missing: noise alone explains the misfit with {probable} ({noise})."
+            );
+            return (DiagnosisVerdict::Undecided, why);
+        }
+        if let Some(reason) = self.reason_not_to_use() {
+            let why = format!(
+                "The model fits ({noise}), and no missing effect is visible in these data ({probable} probable). But it is \
+                 not fit for balancing. {reason}"
+            );
+            return (DiagnosisVerdict::NotDetermined, why);
+        }
+        let why = format!(
+            "The misfit is noise ({noise}). No missing effect is visible in these data ({probable} probable)."
+        );
+        (DiagnosisVerdict::Adequate, why)
     }
 
     /// The mistake in the files that is more probable than all effects and unknown causes together, and leaves nothing but noise.

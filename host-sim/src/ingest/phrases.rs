@@ -74,8 +74,6 @@ pub const PHRASES: [(&str, &str); 163] = [
     ("tr/s", "per_second"),
     ("u/s", "per_second"),
     ("r/s", "per_second"),
-    ("s^-1", "per_second"),
-    ("s⁻¹", "per_second"),
     ("rad/sec", "radians_per_second"),
     ("u/min", "rpm"),
     ("r/min", "rpm"),
@@ -165,4 +163,6 @@ pub const PHRASES: [(&str, &str); 163] = [
     ("m/sec", "m_per_s"),
     ("m/s", "m_per_s"),
     ("1/s", "per_second"),
+    ("s^-1", "per_second"),
+    ("s⁻¹", "per_second"),
 ];

@@ -4,7 +4,6 @@ use anyhow::{Result, bail};
 
 use super::format::text::Text;
 use super::sheet::SheetRow;
-use super::table::Rows;
 
 /// Columns of the largest workbooks.
 const MOST_COLUMNS: usize = 16_384;
@@ -29,14 +28,6 @@ impl Sheet {
     /// As messages begin: the file, and the sheet if there are sheets.
     pub fn place(&self) -> String {
         self.name.as_ref().map_or(self.file.clone(), |name| format!("{}: sheet \"{name}\"", self.file))
-    }
-
-    /// All rows, also those of a text.
-    pub fn all_rows(&self) -> Vec<SheetRow> {
-        let (Some(text), Some(separator)) = (&self.text, self.separator) else { return self.rows.clone() };
-        let mut all = Vec::new();
-        Rows::Text { text, separator, behind: 0 }.for_each(|row| all.push(row.clone()));
-        all
     }
 
     /// The first rows of a text, cut at the separator with which they score most.

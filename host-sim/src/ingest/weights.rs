@@ -9,6 +9,7 @@ use super::format;
 use super::number::{Decimal, DecimalEvidence, DecimalMarks, number};
 use super::sheet::{Cell, SheetRow};
 use super::sheets::Sheet;
+use super::table::Rows;
 
 /// Reads a file; angles are from the keyphasor mark, with the rotation unless `against_rotation`.
 ///
@@ -37,9 +38,17 @@ fn is_number(name: &str) -> bool {
     name.starts_with("magnitude") || name.starts_with("angle")
 }
 
+/// All rows, also those of a text.
+fn all_rows(sheet: &Sheet) -> Vec<SheetRow> {
+    let (Some(text), Some(separator)) = (&sheet.text, sheet.separator) else { return sheet.rows.clone() };
+    let mut all = Vec::new();
+    Rows::Text { text, separator, behind: 0 }.for_each(|row| all.push(row.clone()));
+    all
+}
+
 /// Rows with their numbers, the header first, numbers with a decimal point.
 fn rows(sheet: &Sheet) -> Result<Vec<(usize, Vec<String>)>> {
-    let mut rows = sheet.all_rows();
+    let mut rows = all_rows(sheet);
     rows.retain(|row| !row.is_blank());
     let Some((header, body)) = rows.split_first() else { return Ok(Vec::new()) };
     let of_header = |cell: &Cell| is_number(&cell.as_text().unwrap_or_default().to_lowercase());

@@ -29,8 +29,13 @@ fn amplitude_in_um_says_pk_pk_or_0_pk() {
     assert!(texts.len() > 20);
     for (name, text) in texts {
         // a clearance is a length
-        for line in text.lines().filter(|line| !line.to_lowercase().contains("clearance")) {
-            for (at, um) in line.match_indices("µm") {
+        let lines: Vec<&str> = text.lines().collect();
+        for (n, line) in
+            lines.iter().enumerate().filter(|(_, line)| !line.to_lowercase().contains("clearance"))
+        {
+            // a line may wrap behind the unit
+            let line = [line, lines.get(n + 1).copied().unwrap_or_default()].join(" ");
+            for (at, um) in line.match_indices("µm").filter(|(at, _)| *at < lines[n].len()) {
                 let after = line[at + um.len()..].trim_start();
                 let is_said = ["pk-pk", "0-pk"].iter().any(|c| after.starts_with(c));
                 assert!(is_said, "{name}: {line}");

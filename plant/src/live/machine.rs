@@ -10,7 +10,8 @@ use rusqlite::{Connection, OptionalExtension as _};
 
 use super::glance::{Glance, change_in_words};
 use super::jobs;
-use super::page::{ago_us, moment, path, said, seen};
+use super::moment::moment;
+use super::page::{ago_us, path, said, seen};
 use crate::fleet::queue;
 use crate::names::Names;
 

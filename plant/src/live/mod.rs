@@ -23,6 +23,7 @@ mod jobs;
 mod known;
 mod machine;
 mod metrics;
+mod moment;
 mod page;
 mod recent;
 mod served;

@@ -1,6 +1,5 @@
 //! What pages have in common, and the one of all monitors.
 
-use jiff::Timestamp;
 use maud::{DOCTYPE, Markup, html};
 
 use super::alarm::Acknowledged;
@@ -110,12 +109,6 @@ fn ago(age_s: f64) -> String {
     }
 }
 
-/// A moment as people write it.
-pub fn moment(time_us: i64) -> String {
-    let told = Timestamp::from_microsecond(time_us).map(|time| time.strftime("%F %T UTC").to_string());
-    told.unwrap_or_else(|_| "an impossible time".into())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,8 +118,6 @@ mod tests {
         let told = [0.4, 59.0, 61.0, 7_300.0, 180_000.0].map(ago);
         assert_eq!(told, ["0 s ago", "59 s ago", "1 min ago", "2 h ago", "2 days ago"]);
         assert_eq!(ago_us(5, 9), "0 s ago", "a clock that is ahead");
-        assert_eq!(moment(1_700_000_000_000_000), "2023-11-14 22:13:20 UTC");
-        assert_eq!(moment(i64::MAX), "an impossible time");
     }
 
     #[test]

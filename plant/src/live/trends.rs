@@ -12,7 +12,7 @@ use rotor_edge_desktop::measurement::phasor_m;
 use rusqlite::{Connection, OptionalExtension as _};
 
 use super::history::{MOST_ROWS, Quantity, Stretch, of};
-use super::page::moment;
+use super::moment::moment;
 use crate::names::Names;
 
 /// Longer times are told in days, h.

@@ -41,7 +41,11 @@ pub struct Contradiction {
 impl Contradiction {
     /// What is to be checked, in one sentence or two.
     pub fn doubt(&self) -> String {
-        let named = self.runs.iter().map(|run| format!("\"{run}\"")).collect::<Vec<_>>().join(" or ");
+        let runs: Vec<String> = self.runs.iter().map(|run| format!("\"{run}\"")).collect();
+        let named = match &runs[..] {
+            [first @ .., last] if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+            runs => runs.join(""),
+        };
         let fits = self.over_stated.map_or(String::new(), |ratio| {
             let turned_deg = ratio.arg().to_degrees();
             let way = if turned_deg < 0.0 { "against" } else { "in" };

@@ -24,7 +24,8 @@ pub fn read(path: &Path) -> Result<Option<ProbeRecord>> {
     let mapping = Mapping { amplitudes_alone: true, ..Mapping::default() };
     let Ok(table) = super::only_table(path, &sheets, &mapping) else { return Ok(None) };
     let probes = Probes::new(None, &table);
-    let assigned = super::assign::assign(&table, &probes, &mapping)?.0;
+    // a table with other columns is none of amplitudes alone
+    let Ok((assigned, _)) = super::assign::assign(&table, &probes, &mapping) else { return Ok(None) };
     let mut vibration = assigned.iter().map(|c| c.target.quantity).filter(|q| q.is_vibration()).peekable();
     if vibration.peek().is_none() || vibration.any(|quantity| quantity != Quantity::Amplitude) {
         return Ok(None);

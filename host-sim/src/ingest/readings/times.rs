@@ -83,9 +83,13 @@ fn falls(record: &Record, rows: &[usize]) -> (Vec<Fall>, usize) {
     for at in rows.iter().copied() {
         let Some(now) = us(record, at) else { continue };
         let Some(before) = last.of_probe(record, at).replace(now) else { continue };
-        later += usize::from(now > before);
-        if now < before {
-            falls.push(Fall { at, fall: before - now, before });
+        let of_day = matches!(record.samples[at].when, Some(Moment::OfDay(_)));
+        // a time of day is the same a day later, and the shorter way round counts
+        let rise =
+            if of_day { (now - before + DAY_US / 2).rem_euclid(DAY_US) - DAY_US / 2 } else { now - before };
+        later += usize::from(rise > 0);
+        if rise < 0 {
+            falls.push(Fall { at, fall: -rise, before });
         }
     }
     (falls, later)

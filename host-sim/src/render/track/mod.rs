@@ -15,7 +15,6 @@ use crate::ingest::dates::Dates;
 
 pub use story::story;
 pub use text::text;
-use text::{undiagnosed, when};
 
 /// Residual over feature sum above which no model is right, %.
 const RATIO_LIMIT: f64 = 100.0 / 3.0;
@@ -30,6 +29,30 @@ pub fn sections(answer: &TrackAnswer, curves: &TrackCurves, dates: Dates) -> Vec
     sections.push(page.bearings(&curves.coefficients));
     sections.extend(answer.sampling.as_ref().map(|of| sampling::section(of, &curves.posterior)));
     sections
+}
+
+/// When an event took place, and how sure that is.
+fn when(event: &EventAnswer, dates: Dates) -> String {
+    let [low, high] = event.interval_95_d;
+    if low == high {
+        dates.day(event.time_d)
+    } else {
+        format!("{} (95 %: {low:.0} to {high:.0})", dates.day(event.time_d))
+    }
+}
+
+/// What an event leaves open until a run-up has been seen, if it does.
+fn undiagnosed(track: &TrackAnswer, dates: Dates) -> Option<String> {
+    let since = track.undiagnosed_since_d?;
+    let mut events = track.joint.iter().flat_map(|joint| &joint.events);
+    let taken_as = if events.any(|e| e.time_d == since && e.is_elsewhere) {
+        "is neither of the bearings nor of the unbalance; it can be a seal or a bow. The unbalance is assumed to continue from \
+         its last value; a run-up after that day would show the cause."
+    } else {
+        "is attributed to the bearings. Near one speed a missing effect looks the same, and the unbalance may then be outside \
+         its interval; a run-up after that day would show the cause."
+    };
+    Some(format!("The change on {} {taken_as}", dates.day(since)))
 }
 
 struct TrackPage<'a> {

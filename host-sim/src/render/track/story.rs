@@ -1,7 +1,6 @@
 //! The first screen of a page of `track`, and its first sentence on a terminal.
 
-use super::text::{undiagnosed, when};
-use super::{TrackPage, banded};
+use super::{TrackPage, banded, undiagnosed, when};
 use crate::answers::track::{EstimateAnswer, EventAnswer, FlagAnswer, TrackAnswer};
 use crate::answers::track_curves::TrackCurves;
 use crate::ingest::dates::Dates;

@@ -6,9 +6,8 @@ use rotor_edge_desktop::interval::HALF_95;
 
 use super::sampling;
 use super::story::verdict;
-use crate::answers::track::{
-    EstimateAnswer, EventAnswer, JointAnswer, PlaneInterval, ReidentifiedAnswer, TrackAnswer,
-};
+use super::{undiagnosed, when};
+use crate::answers::track::{EstimateAnswer, JointAnswer, PlaneInterval, ReidentifiedAnswer, TrackAnswer};
 use crate::ingest::dates::Dates;
 
 /// The whole answer on a terminal; `rotor` is its name.
@@ -59,16 +58,6 @@ fn reidentified(r: &ReidentifiedAnswer, dates: Dates) -> String {
     text
 }
 
-/// When an event took place, and how sure that is.
-pub(super) fn when(event: &EventAnswer, dates: Dates) -> String {
-    let [low, high] = event.interval_95_d;
-    if low == high {
-        dates.day(event.time_d)
-    } else {
-        format!("{} (95 %: {low:.0} to {high:.0})", dates.day(event.time_d))
-    }
-}
-
 /// What the joint method learned.
 fn of_joint(joint: &JointAnswer, dates: Dates) -> String {
     let mut text = String::from("\nEvents\n");
@@ -112,20 +101,6 @@ fn of_joint(joint: &JointAnswer, dates: Dates) -> String {
         }
     }
     text
-}
-
-/// What an event leaves open until a run-up has been seen, if it does.
-pub(super) fn undiagnosed(track: &TrackAnswer, dates: Dates) -> Option<String> {
-    let since = track.undiagnosed_since_d?;
-    let mut events = track.joint.iter().flat_map(|joint| &joint.events);
-    let taken_as = if events.any(|e| e.time_d == since && e.is_elsewhere) {
-        "is neither of the bearings nor of the unbalance; it can be a seal or a bow. The unbalance is assumed to continue from \
-         its last value; a run-up after that day would show the cause."
-    } else {
-        "is attributed to the bearings. Near one speed a missing effect looks the same, and the unbalance may then be outside \
-         its interval; a run-up after that day would show the cause."
-    };
-    Some(format!("The change on {} {taken_as}", dates.day(since)))
 }
 
 fn plane_interval(plane: &PlaneInterval) -> String {
