@@ -93,7 +93,7 @@ mod tests {
         let chosen = Wanted::default().chosen(&["A"], &[far.clone(), near.clone()], cost);
         assert_eq!(chosen.wanted_g_mm, near);
         assert!((chosen.sums_g_mm()[0] - near[0]).norm() < 1e-9 && chosen.doubt().is_none());
-        let nothing = Wanted::default().chosen(&["A"], &[far.clone()], cost);
+        let nothing = Wanted::default().chosen(&["A"], std::slice::from_ref(&far), cost);
         assert_eq!((nothing.wanted_g_mm.clone(), nothing.sums_g_mm()), (far, vec![C::from(0.0)]));
         assert!(nothing.doubt().unwrap().contains("No weight is recommended"));
     }

@@ -152,7 +152,7 @@ impl BaseModel<'_> {
             determined: &determined,
         };
         let least = tried.iter().map(|t| self.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
-        if ranking.mistakes.iter().all(|p| *p < 0.5) {
+        if evidence.mistake().is_none() {
             checks::this_machine(rotor, least.min(self.relative_error(self.closest())))?;
         }
         let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);

@@ -324,7 +324,9 @@ mod tests {
 
     #[test]
     fn angles_in_radians_are_recognised_and_degrees_are_not() {
-        for radians in [0.785, 1.5708, 2.356, -0.785_398, 3.14] {
+        for degrees in [45.0_f64, 90.0, 135.0, -45.0, 180.0] {
+            // as people write it, to three decimals
+            let radians = (1e3 * degrees.to_radians()).round() / 1e3;
             assert!(looks_like_radians(radians), "{radians}");
         }
         for degrees in [0.0, 5.0, 45.0, 90.0, -45.0, 1.0, 2.0, 0.5] {

@@ -143,7 +143,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
     }
 
     /// The mistake in the files that is more probable than all effects and unknown causes together, and leaves nothing but noise.
-    fn mistake(&self) -> Option<SuspectedMistake> {
+    pub fn mistake(&self) -> Option<SuspectedMistake> {
         if let Some(unit) = self.unit {
             return Some(unit.clone());
         }

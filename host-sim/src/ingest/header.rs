@@ -63,14 +63,10 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
         match part {
             Part::Says(word) => {
                 let unit = said.stated.take(word);
-                let is_unit = match word {
-                    Word::Unit(_)
-                    | Word::Detection(_)
-                    | Word::Sense(_)
-                    | Word::Angle(_)
-                    | Word::SpeedUnit(_) => true,
-                    _ => false,
-                };
+                let is_unit = matches!(
+                    word,
+                    Word::Unit(_) | Word::Detection(_) | Word::Sense(_) | Word::Angle(_) | Word::SpeedUnit(_)
+                );
                 let is_unknown_rate = matches!(
                     (words.last(), word),
                     (Some(Word::Unit(_)), Word::TimeUnit(_) | Word::SpeedUnit(SpeedUnit::PerSecond))

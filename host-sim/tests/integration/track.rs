@@ -324,7 +324,7 @@ mod slow {
             "Pinball loss at 95 % by days ahead",
             "95 % interval",
             "Chance that the limit is reached",
-            "\"name\":\"limit\"",
+            "limit, 900 g·mm",
         ] {
             assert!(page.contains(part), "{part}");
         }

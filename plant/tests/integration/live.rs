@@ -347,7 +347,7 @@ mod slow {
         store.put(&(0..4).flat_map(items).collect::<Vec<_>>()).unwrap();
         let (_program, address) = served(&path, &[]);
         let Some((shown, logged)) = in_a_browser(&folder, &format!("http://{address}/")) else { return };
-        assert_eq!(shown.matches("<tr class=").count(), 500);
+        assert_eq!(shown.matches("class=\"place\"").count(), 500);
         assert!(
             shown.contains("plant 3") && shown.contains("<b>500</b>"),
             "{}",

@@ -157,7 +157,7 @@ mod tests {
             Weights::parse("w.csv", &format!("run,plane,{header},angle_deg\nT1,A,2,0\n"), false).unwrap()
         };
         for (header, g_mm) in
-            [("magnitude_kg_mm", 2e3), ("Magnitude [oz-in]", 1440.155_774_75), ("magnitude_g", 2.0)]
+            [("magnitude_kg_mm", 2e3), ("Magnitude [oz-in]", 1_440.155_774_75), ("magnitude_g", 2.0)]
         {
             assert!((of(header).of("T1")[0].re - g_mm).abs() < 1e-9 * g_mm, "{header}");
         }

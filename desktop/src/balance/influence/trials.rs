@@ -13,6 +13,8 @@ use crate::balance::speeds::Speeds;
 use crate::error::Error;
 
 type C = Complex<f64>;
+/// Number of each run, what it is off by, and the standard deviation of that.
+type RunOffsets = Vec<(usize, C, f64)>;
 
 /// Weights below this, relative to the largest, are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -190,7 +192,7 @@ impl Trials {
         speed: usize,
         probe: usize,
         sense: &mut PhaseSense,
-    ) -> Result<(InfluenceCoefficients, Vec<(usize, C, f64)>), Underdetermined> {
+    ) -> Result<(InfluenceCoefficients, RunOffsets), Underdetermined> {
         let here = self.readings.iter().filter(|t| t.speed == speed);
         let rows: Vec<(&TrialReading, MeasuredPhasor)> =
             here.filter_map(|t| Some((t, t.probes[probe]?))).collect();

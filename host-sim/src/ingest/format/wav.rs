@@ -78,7 +78,8 @@ impl Format {
             number => number,
         };
         // samples fill the higher bits of their bytes
-        let bytes = if channels > 0 && frame % channels == 0 { frame / channels } else { bits.div_ceil(8) };
+        let bytes =
+            if channels > 0 && frame.is_multiple_of(channels) { frame / channels } else { bits.div_ceil(8) };
         Some(Self { number, channels, rate_hz: order.at(chunk, 4, 4)? as u32, bytes })
     }
 }

@@ -82,7 +82,10 @@ fn stated_unit(waveform: &Waveform, settings: &Settings) -> Option<Unit> {
 /// Samples of a turn that the lines above the samples state.
 fn samples_a_turn(waveform: &Waveform) -> Result<Option<usize>> {
     let stated = &waveform.preamble;
-    let turns = stated.turns.filter(|turns| waveform.len() % turns == 0).map(|turns| waveform.len() / turns);
+    let turns = stated
+        .turns
+        .filter(|turns| waveform.len().is_multiple_of(*turns))
+        .map(|turns| waveform.len() / turns);
     match (stated.samples_a_turn, turns) {
         (Some(samples), Some(by_turns)) if samples != by_turns => bail!(
             "{}: states {samples} samples a turn, and {} samples of its turns are {by_turns} each, expected \

@@ -68,7 +68,7 @@ mod tests {
     fn marks_known_to_a_sample_come_near_their_true_moments() {
         for rise in [0.0, 2e-4] {
             let exact: Vec<f64> =
-                (0..200).map(|k| f64::from(k)).map(|k| 3.3 + 40.87 * (k - 0.5 * rise * k * k)).collect();
+                (0..200).map(f64::from).map(|k| 3.3 + 40.87 * (k - 0.5 * rise * k * k)).collect();
             let mut marks: Vec<Mark> =
                 exact.iter().map(|at| Mark { sample: at.ceil() as usize, age: 0.5 }).collect();
             let worst = |marks: &[Mark]| {
