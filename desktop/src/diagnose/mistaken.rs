@@ -14,7 +14,7 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::grade::Rigid;
 use crate::machine::drawing::{Noise, Rotor};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, SortedRun};
 use crate::units::figure;
 
 /// Trials of a size between two that were tried already.
@@ -74,11 +74,10 @@ impl MistakeComparison {
         let cost = BaseModel::search_cost(&as_it_is)?;
         let mut unloaded = rotor.clone();
         unloaded.run.iter_mut().for_each(|run| run.added_unbalance.clear());
+        let without = Fitter::new(&unloaded, Data::new(&unloaded, noise, &part));
         let without_weights = match unloaded == *rotor {
             true => 0.0,
-            false => {
-                cost - BaseModel::search_cost(&Fitter::new(&unloaded, Data::new(&unloaded, noise, &part)))?
-            }
+            false => cost - BaseModel::search_cost(&without)?,
         };
         let files = Files { base, readings, part, noise, cost, without_weights };
         let all = Mistake::possible(rotor);
@@ -99,8 +98,7 @@ impl MistakeComparison {
         refined.sort_by(|a, b| b.2.total_cmp(&a.2));
         refined.truncate(SETTLED);
         let settled = |(mistake, by, _)| files.settled(mistake, by);
-        let fits: Result<Vec<Option<MistakeFit>>, Error> = refined.into_par_iter().map(settled).collect();
-        let mut fits: Vec<MistakeFit> = fits?.into_iter().flatten().collect();
+        let mut fits: Vec<MistakeFit> = refined.into_par_iter().filter_map(settled).collect();
         fits.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         Ok(Self { fits, possible })
     }
@@ -108,15 +106,10 @@ impl MistakeComparison {
 
 /// A part of many readings: enough to see which mistakes are worth a closer look.
 fn part_of(readings: &[Reading]) -> Vec<Reading> {
-    let mut names: Vec<Option<&str>> = Vec::new();
-    let mut number = |name| {
-        let known = names.iter().position(|n| *n == name);
-        known.unwrap_or_else(|| {
-            names.push(name);
-            names.len() - 1
-        })
-    };
-    let runs: Vec<usize> = readings.iter().map(|r| number(r.run.as_deref())).collect();
+    let mut runs = vec![0; readings.len()];
+    for (number, run) in SortedRun::all(readings).iter().enumerate() {
+        run.rows.iter().for_each(|row| runs[*row] = number);
+    }
     let chosen = chosen(&runs);
     if 2 * chosen.len() > readings.len() {
         readings.to_vec()
@@ -186,21 +179,22 @@ impl Files<'_, '_> {
         (mistake, by, gain)
     }
 
-    /// A mistake with noise and errors of the drawing settled, on all readings.
-    fn settled(&self, mistake: Mistake, by: f64) -> Result<Option<MistakeFit>, Error> {
+    /// A mistake with noise and errors of the drawing settled, on all readings; nothing where the files without it are those of a
+    /// singular machine.
+    fn settled(&self, mistake: Mistake, by: f64) -> Option<MistakeFit> {
         let own = self.base.fitter;
-        let Some((rotor, readings)) = mistake.undone(own.rotor, self.readings, by) else { return Ok(None) };
+        let (rotor, readings) = mistake.undone(own.rotor, self.readings, by)?;
         let fitter = Fitter::new(&rotor, Data::new(&rotor, self.noise, &readings));
-        let without = BaseModel::fit(&fitter)?;
+        let without = BaseModel::fit(&fitter).ok()?;
         let unknowns = usize::from(!mistake.sizes(own.rotor).is_empty());
         let scatter = without.drawing.scatter();
-        Ok(Some(MistakeFit {
+        Some(MistakeFit {
             by,
             evidence: own.sizes.evidence(self.base.fit.cost - without.fit.cost, unknowns),
             chi2_per_value: without.closest().chi2_per_value(),
             explains: explains(&scatter, &without),
             mistake,
-        }))
+        })
     }
 }
 

@@ -5,7 +5,7 @@
 use crate::compare::probe_pairs;
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
-use crate::units::same_place;
+use crate::units::{figure, same_place};
 
 /// Units of speed that are taken for rpm: revolutions per minute of one, and its name.
 const SPEED_UNITS: [(f64, &str); 2] = [(60.0, "Hz"), (30.0 / std::f64::consts::PI, "rad/s")];
@@ -157,6 +157,9 @@ impl Mistake {
                 format!("probes {}", names.join(", "))
             }
         };
+        let angles = |numbers: &[usize]| {
+            if numbers.len() == 1 { ("The angle", "looks") } else { ("The angles", "look") }
+        };
         match self {
             Self::ProbePosition(numbers) => {
                 format!(
@@ -173,14 +176,14 @@ impl Mistake {
                 )
             }
             Self::ProbeAngle(numbers) => {
-                let what = if numbers.len() == 1 { "The angle" } else { "The angles" };
-                let verb = if numbers.len() == 1 { "looks" } else { "look" };
+                let (what, verb) = angles(numbers);
                 format!("{what} of {} {verb} wrong: {by:+.0}° fits", probes(numbers))
             }
             Self::AngleInRadians(numbers) => {
                 let one = rotor.probe[numbers[0]].angle_deg;
+                let (what, verb) = angles(numbers);
                 format!(
-                    "The angles of {} look like radians in place of degrees ({one} rad is {:.0}°)",
+                    "{what} of {} {verb} like radians in place of degrees ({one} rad is {:.0}°)",
                     probes(numbers),
                     one.to_degrees()
                 )
@@ -198,8 +201,8 @@ impl Mistake {
             Self::AmplitudeUnit(k) => {
                 let (factor, unit) = AMPLITUDE_UNITS[*k];
                 format!(
-                    "The amplitudes look as if they were {unit} in place of µm 0-pk (or the added unbalances are {:.3} times the true ones)",
-                    factor
+                    "The amplitudes look as if they were {unit} in place of µm 0-pk (or the added unbalances are {} times the true ones)",
+                    figure(factor)
                 )
             }
             Self::RadiusForDiameter => {
@@ -286,6 +289,7 @@ mod tests {
     use nalgebra::Complex;
 
     use super::*;
+    use crate::machine::drawing::Disk;
     use crate::testing::sample_rotor;
 
     fn readings(rotor: &Rotor) -> Vec<Reading> {
@@ -314,11 +318,13 @@ mod tests {
                 _ => mistake.undone(&other, &changed, -by).unwrap(),
             };
             assert_eq!(again.1, read, "{mistake:?}");
-            for (a, b) in again.0.probe.iter().zip(&rotor.probe) {
-                assert!(
-                    (a.position_m - b.position_m).abs() < 1e-12 && (a.angle_deg - b.angle_deg).abs() < 1e-9
-                );
-            }
+            let places = |rotor: &Rotor| -> Vec<f64> {
+                let probes = rotor.probe.iter().flat_map(|p| [p.position_m, p.angle_deg]);
+                let inertias = |d: &Disk| [d.position_m, d.diametral_inertia_kg_m2, d.polar_inertia_kg_m2];
+                probes.chain(rotor.disk.iter().flat_map(inertias)).collect()
+            };
+            let (restored, stated) = (places(&again.0), places(&rotor));
+            assert!(restored.iter().zip(&stated).all(|(a, b)| (a - b).abs() < 1e-9), "{mistake:?}");
         }
     }
 

@@ -191,7 +191,7 @@ impl Import<'_> {
         self.lump(e, nodes_m, mx)
     }
 
-    /// The disk under a name of its own; none at a coupling, where the drawing has no room for one.
+    /// The disk with a name that no other has; `None` at a coupling, whose keys have no place for a disk.
     fn added(
         &mut self,
         e: &RossElement,

@@ -16,8 +16,8 @@ const UNITS: [&str; 3] = ["unit", "units", "einheit"];
 /// A line above a table: a key and what it states, or a text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
-    key: String,
-    value: String,
+    pub key: String,
+    pub value: String,
     /// Whether the key is a cell of its own.
     is_apart: bool,
     pub text: String,

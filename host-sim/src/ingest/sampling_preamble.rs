@@ -1,5 +1,6 @@
 //! What oscilloscopes, data loggers and monitoring systems state above the rows of their samples: a name and its value a line.
 
+use super::preamble::lines;
 use super::sheet::{Cell, SheetRow};
 use super::unit::Unit;
 use super::words::{Part, Word, parts};
@@ -37,15 +38,8 @@ impl SamplingPreamble {
     /// Reads the rows above the header of the samples.
     pub fn of(rows: &[SheetRow]) -> Self {
         let mut found = Self::default();
-        for row in rows {
-            let mut cells = row.cells.iter().filter(|cell| !cell.is_empty()).map(text);
-            let (Some(first), second) = (cells.next(), cells.next().unwrap_or_default()) else { continue };
-            // a name and its value may stand in one cell
-            let (name, value) = match first.split_once([':', '=']) {
-                Some((name, value)) if second.is_empty() => (name.to_string(), value.trim().to_string()),
-                _ => (first, second),
-            };
-            found.take(&name.trim().to_lowercase(), &value);
+        for line in lines(rows) {
+            found.take(&line.key.to_lowercase(), &line.value);
         }
         found
     }
@@ -57,7 +51,8 @@ impl SamplingPreamble {
         } else if is(&RATES) {
             self.rate_hz = self.rate_hz.or(quantity(value).filter(|hz| *hz > 0.0));
         } else if is(&TURNS) {
-            self.turns = self.turns.or(value.parse().ok().filter(|turns| *turns > 0));
+            let turns = value.split_whitespace().next().and_then(|number| number.parse().ok());
+            self.turns = self.turns.or(turns.filter(|turns| *turns > 0));
         } else if is(&UNITS) {
             let unit = parts(value, |_| false).into_iter().find_map(|part| match part {
                 Part::Says(Word::Unit(unit)) => Some(unit),
@@ -75,14 +70,6 @@ impl SamplingPreamble {
             self.samples_a_turn = Some(samples);
             self.turns = self.turns.or(turns);
         }
-    }
-}
-
-fn text(cell: &Cell) -> String {
-    match cell {
-        Cell::Text(text) => text.trim_matches('"').trim().to_string(),
-        Cell::Number(number) => number.to_string(),
-        Cell::Empty | Cell::Time(_) => String::new(),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Trial weights in fixed proportions over several planes: a static pair, a couple pair, or the sets of modal balancing.
 //!
-//! A set is turned and scaled as a whole, so it needs one run beside the base. Where each set has a speed of its own, as in modal
+//! The weights of a set are turned and scaled together, so a set needs one run beside the base. Where each set has a speed of its own, as in modal
 //! balancing, what a set does at the speeds of the others is not measured and taken as nothing.
 
 use nalgebra::{Complex, DMatrix, DVector};

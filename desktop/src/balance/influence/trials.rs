@@ -72,7 +72,7 @@ pub struct TrialFit {
     pub left_out_rpm: Vec<f64>,
 }
 
-/// One reading less the fit of its probe at its speed.
+/// Residual of a reading: its phasor less that of the fitted coefficients.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunResidual {
     pub run: usize,

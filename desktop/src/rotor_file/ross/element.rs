@@ -59,7 +59,7 @@ impl RossElement<'_> {
         matches!(self.class, "ShaftElement" | "CouplingElement")
     }
 
-    /// Whether an importer reads elements of its class.
+    /// Whether the import supports the element's class.
     pub fn is_known(&self) -> bool {
         self.is_line() || self.is_disk() || self.is_bearing() || self.class == "PointMass"
     }

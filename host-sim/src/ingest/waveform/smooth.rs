@@ -66,7 +66,8 @@ mod tests {
 
     #[test]
     fn marks_known_to_a_sample_come_near_their_true_moments() {
-        for rise in [0.0, 2e-4] {
+        // where a turn comes near whole samples, as it does while the speed changes, neighbours err alike
+        for (rise, bound) in [(0.0, 0.15), (2e-4, 0.25)] {
             let exact: Vec<f64> =
                 (0..200).map(f64::from).map(|k| 3.3 + 40.87 * (k - 0.5 * rise * k * k)).collect();
             let mut marks: Vec<Mark> =
@@ -79,8 +80,7 @@ mod tests {
             let middle = &marks[REACH..200 - REACH];
             let off =
                 middle.iter().zip(&exact[REACH..]).map(|(m, at)| (m.at() - at).abs()).fold(0.0, f64::max);
-            // where a turn is nearly whole samples, neighbours err alike
-            assert!(off < 0.25, "{rise}: {off}");
+            assert!(off < bound, "{rise}: {off}");
         }
     }
 

@@ -16,6 +16,7 @@ use rotor_edge_desktop::units::rpm;
 use crate::answers::check::{CheckAnswer, TrialResponse};
 use crate::render::bode::bode_of;
 use crate::render::sketch::sketch;
+use crate::render::text::capital;
 use crate::render::trend::{Trend, trend};
 use crate::render::{Curve, Figure, PageTable, Section};
 use crate::scale::{number, three_digits};
@@ -224,7 +225,7 @@ pub fn shapes(found: &Check) -> Section {
         };
         let caption = format!(
             "{} whirl, {}; each direction at the instant of its own largest motion.",
-            sentences::capital(m.whirl.name()),
+            capital(m.whirl.name()),
             match m.is_undamped() {
                 true => "undamped".to_string(),
                 false => format!("log decrement {}", three_digits(m.log_decrement())),

@@ -21,11 +21,6 @@ pub fn headline(answer: &CheckAnswer) -> String {
     format!("{sentence}.")
 }
 
-/// With a capital letter.
-pub fn capital(words: &str) -> String {
-    crate::render::text::capital(words)
-}
-
 fn speed_range(answer: &CheckAnswer) -> String {
     let [from, to] = answer.range_rpm.map(|s| number(s, 0));
     match answer.range_rpm {

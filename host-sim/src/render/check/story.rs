@@ -7,6 +7,7 @@ use rotor_edge_desktop::units::rpm;
 use super::{sentences, tables};
 use crate::answers::check::{CheckAnswer, ModeAnswer};
 use crate::render::campbell::{Branch, CampbellMarks, CriticalMark, campbell};
+use crate::render::text::capital;
 use crate::render::{Figure, Story};
 use crate::scale::{number, three_digits};
 
@@ -21,7 +22,7 @@ pub fn story(answer: &CheckAnswer, found: &Check, next: (String, Option<String>)
         let failing = sentences::failing_margins(answer);
         let margins = match (failing.is_empty(), sentences::margins(answer)) {
             (false, _) => failing.join(" "),
-            (true, Some(kept)) => sentences::capital(&format!("{kept}.")),
+            (true, Some(kept)) => capital(&format!("{kept}.")),
             (true, None) => "An unstable machine has no separation margin.".into(),
         };
         answers.push(("Margins", margins));

@@ -139,8 +139,8 @@ function axisOption(axis, index, isUpward, reach, theme, left_px) {
       color: theme.ink, fontSize: TEXT_PX, hideOverlap: true, formatter: tick,
       // the ends of what is shown are no round numbers
       customValues: axis.rows.length ? axis.rows.map((_, i) => i) : marks,
-      // a date is as wide as the label of the other axis is far
-      alignMinLabel: !isUpward && axis.begin ? "left" : undefined,
+      // centred at the corner, dates and powers of ten reach the lowest label of the other axis
+      alignMinLabel: !isUpward && (axis.begin || axis.is_log) ? "left" : undefined,
       alignMaxLabel: isUpward ? undefined : "right",
       showMinLabel: isRound ? null : false, showMaxLabel: isRound ? null : false,
     },

@@ -39,13 +39,40 @@ fn angles_in_radians_are_named() {
 
 #[test]
 fn amplitudes_in_millimetres_are_named_by_their_size() {
-    let thousandth = |cell: &str| cell.parse::<f64>().map_or(cell.to_string(), |v| (v / 1e3).to_string());
-    let row = |line: &str| {
-        let mut cells = line.split(',');
-        let speed = cells.next().unwrap_or_default().to_string();
-        std::iter::once(speed).chain(cells.map(thousandth)).collect::<Vec<_>>().join(",")
-    };
-    let data: Vec<String> = DATA.lines().map(row).collect();
-    let said = diagnosed(ROTOR, &(data.join("\n") + "\n"));
+    let said = diagnosed(ROTOR, &divided_by(1e3));
     assert_says(&said, &["amplitudes look like mm in place of µm 0-pk", "balance quality of G 0.00"]);
+}
+
+#[test]
+fn amplitudes_in_mils_are_remarked_where_noise_is_stated() {
+    let case = Case::new(ROTOR, &divided_by(25.4));
+    let answer = json(&["diagnose", &case.rotor, &case.data]);
+    let remarks = answer["remarks"].as_array().unwrap();
+    let words = "the amplitudes are in a larger unit than µm 0-pk (mils, mm or m)";
+    assert!(remarks.iter().any(|remark| remark.as_str().unwrap().contains(words)), "{remarks:?}");
+}
+
+/// The measurement with every amplitude divided by a number.
+fn divided_by(unit_um: f64) -> String {
+    let divided = |cell: &str| cell.parse::<f64>().map_or(cell.to_string(), |v| (v / unit_um).to_string());
+    let row = |line: &str| {
+        let (speed, amplitudes) = line.split_once(',').unwrap();
+        std::iter::once(speed.to_string())
+            .chain(amplitudes.split(',').map(divided))
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    DATA.lines().map(row).collect::<Vec<_>>().join("\n") + "\n"
+}
+
+#[test]
+fn shaft_of_radii_is_warned_of_by_its_sag() {
+    let checked = |rotor: &str| {
+        let case = Case::new(rotor, DATA);
+        String::from_utf8(rotor_edge(&["check", &case.rotor]).stdout).unwrap()
+    };
+    let radii = ROTOR.replace("outer_diameter_m = 0.05", "outer_diameter_m = 0.025");
+    assert_ne!(radii, ROTOR);
+    assert_says(&checked(&radii), &["The shaft sags by", "Are the outer_diameter_m radii?"]);
+    assert!(!checked(ROTOR).contains("sags by"));
 }
