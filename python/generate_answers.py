@@ -29,6 +29,7 @@ ANSWERS: dict[str, tuple[Added, ...]] = {
     "Addition": ((*ROTOR, "The better model."),),
     "ImprovementAnswer": (("rotor", "Rotor | None = field(kw_only=True)", "The better model; None if it was not written."),),
     "Identification": ((*ROTOR, "The identified rotor."),),
+    "SimulationAnswer": (("measurement", "Measurement = field(kw_only=True)", "The readings."),),
     "StartupAnswer": (("rotor", "Rotor | None", "The improved model, where one was asked for."),),
     "ForecastAnswer": (),
     "EstimatesAnswer": (),

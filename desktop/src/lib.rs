@@ -20,6 +20,7 @@
 //! | [`track`] | the unbalance of a long record, while bearings change |
 //! | [`forecast`] | where the unbalance is going |
 //! | [`startup`] | a single-disk rotor from its start-up: the simple model, and where it fails |
+//! | [`simulate`] | readings that the machine of a file would give, with known effects |
 //! | [`grade`] | balance quality grade of ISO 21940-11 |
 //! | [`balance`] | correction weights from the model and from trial runs; the unbalance of single runs from others with stated weights |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
@@ -93,6 +94,7 @@ mod receptance;
 pub mod reduction;
 pub mod rotor_file;
 pub mod shaft;
+pub mod simulate;
 pub mod spreadsheet;
 pub mod startup;
 mod statistics;

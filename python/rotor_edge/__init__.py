@@ -24,6 +24,7 @@ from .commands import (
 )
 from .inputs import Measurement, Rotor, read_measurement, read_rotor
 from .readers import extract, import_, import_rotor
+from .simulation import simulate
 from .tracker import Tracker
 
 __all__ = [
@@ -48,6 +49,7 @@ __all__ = [
     "improve",
     "read_measurement",
     "read_rotor",
+    "simulate",
     "startup",
     "track",
 ]

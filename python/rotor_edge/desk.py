@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from numbers import Real
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Callable, Iterator, TypeVar
+from typing import Any, Callable, Iterator, Sequence, TypeVar
 
 from . import _native
 from .answers import Track
@@ -45,10 +45,17 @@ class Desk:
         path.write_text(text, encoding="utf-8")
         return str(path)
 
-    def ask(self, command: str, *inputs: Any, progress: Progress | None = None, **options: Any) -> str:
+    def ask(
+        self,
+        command: str,
+        *inputs: Any,
+        progress: Progress | None = None,
+        in_order: Sequence[tuple[str, str]] = (),
+        **options: Any,
+    ) -> str:
         """The JSON that ``rotor-edge command --json`` prints. An option that is None or False is left out, one that is True
-        has no value, a list is given word by word."""
-        words = [command, "--json"]
+        has no value, a list is given word by word. in_order: options of which each belongs to one before it."""
+        words = [command, "--json", *(f"--{name}={value}" for name, value in in_order)]
         for name, value in options.items():
             option = "--" + name.replace("_", "-")
             if value is True:

@@ -135,6 +135,29 @@ def test_forecast_of_a_track_in_memory_and_of_its_file(printed, tmp_path):
     assert answer.limit.limit_g_mm == 900 and len(answer.forecast) == 20
 
 
+def test_simulate(printed, tmp_path):
+    readings, truth = tmp_path / "measured.csv", tmp_path / "truth.json"
+    answer = rotor_edge.simulate(
+        ROTOR,
+        effects={"pedestal@16": {"k": 2e8, "m": 300, "c": 4e4}, "shaft_bow": {"m": 2e-6j}},
+        speeds_rpm=[3000, 6000, 9000],
+        weights={"trial": {"15": 400j}},
+        unbalance_g_mm={"15": 500, "16": 300j},
+        noise=(0.01, 0.05),
+        output=readings,
+        truth=truth,
+    )
+    words = ["--with=pedestal@16", "--set=k=2e8", "--set=m=300", "--set=c=4e4", "--with=shaft_bow", "--set=m=[0,2e-6]"]
+    words += ["--speeds=3000,6000,9000", "--weight=trial:15=400@90", "--unbalance=15=500@0", "--unbalance=16=300@90"]
+    assert answer.json == printed("simulate", ROTOR, "-o", readings, *words, "--noise=0.01,0.05")
+    assert_whole(answer)
+    assert json.loads(truth.read_text()) == answer.as_dict()["truth"]
+    assert answer.truth.effects[0].parameters["k"] == 2e8 and answer.runs[1].name == "trial"
+    assert len(answer.measurement["speed_rpm"]) == 6
+    hidden = rotor_edge.simulate(ROTOR, hide=3)
+    assert hidden.truth is None and len(hidden.measurement["speed_rpm"]) == hidden.readings
+
+
 def test_estimate(printed):
     rig = ROOT / "tests" / "rigs" / "rk4"
     answer = rotor_edge.estimate(rig / "rotor.toml", rig / "measured.csv")

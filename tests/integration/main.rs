@@ -18,6 +18,7 @@ mod readers;
 mod report;
 mod rk4;
 mod ross;
+mod ross_simulated;
 mod scenarios;
 mod slow;
 mod wire;

@@ -290,7 +290,9 @@ fn completed(rotor: &Rotor) -> Rotor {
 }
 
 /// Past the fastest speed that the machine is made for, up to the fastest of its data, or past the second critical speed.
-fn default_range_rpm(rotor: &Rotor, system: &System) -> [f64; 2] {
+/// Speeds that a machine is looked at where none are stated: past its rated ones, else as fast as its file was fitted to,
+/// else past its second critical speed, rpm.
+pub(crate) fn default_range_rpm(rotor: &Rotor, system: &System) -> [f64; 2] {
     let rated = rotor.rated.map(|rated| PAST_RATED * rated.speed_rpm[1]);
     let to = rated.or(rotor.fastest_rpm).unwrap_or_else(|| {
         let first = critical::critical_speeds(system, 0.0, 2);

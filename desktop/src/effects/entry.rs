@@ -118,6 +118,17 @@ pub fn real_parameters(effect: &dyn Effect, entry: &EffectEntry, scales: &Scales
     effect.parameters(scales).iter().map(|p| value(p.name)).collect()
 }
 
+/// SI units of the parameters of an entry, by name; empty where the entry is of no effect or place.
+pub fn units(rotor: &Rotor, entry: &EffectEntry) -> BTreeMap<&'static str, &'static str> {
+    let Ok((effect, place)) = resolve(rotor, &entry.kind, entry.at.as_deref()) else {
+        return BTreeMap::new();
+    };
+    let scales = scales_of(rotor);
+    let settings = effect.settings(&scales).into_iter().map(|(name, _)| (name, "rad/s"));
+    let real = effect.parameters(&scales).into_iter().map(|p| (p.name, p.unit));
+    real.chain(settings).chain(effect.unknowns(rotor, place).into_iter().map(|u| (u.name, u.unit))).collect()
+}
+
 /// The terms of a machine with the effects of its file.
 pub fn terms_of(rotor: &Rotor) -> Terms {
     let mut terms = Terms::drawn(rotor);
@@ -160,7 +171,7 @@ fn scales_of(rotor: &Rotor) -> Scales {
 }
 
 /// What an entry states of a linear unknown, if it is a finite number.
-pub(super) fn phasor(entry: &EffectEntry, name: &str, pattern: Pattern) -> Option<Complex<f64>> {
+pub(crate) fn phasor(entry: &EffectEntry, name: &str, pattern: Pattern) -> Option<Complex<f64>> {
     let pair = match (entry.parameters.get(name)?, pattern.in_list()) {
         (ParameterValue::Phasors(all), Some(number)) => *all.get(number)?,
         (ParameterValue::Phasor(pair), _) => *pair,

@@ -238,6 +238,16 @@ pub trait Effect: Sync {
         vec![Vec::new()]
     }
 
+    /// The parameters of the effect at `strength` times the size that these have; at zero it does nothing. Bounds are not
+    /// kept to.
+    fn at_strength(&self, parameters: &[f64], scales: &Scales, strength: f64) -> Vec<f64> {
+        let one = |(p, value): (Parameter, &f64)| match p.scale {
+            Scale::Linear(_) => value * strength,
+            Scale::Logarithmic => value.powf(strength),
+        };
+        self.parameters(scales).into_iter().zip(parameters).map(one).collect()
+    }
+
     /// Settings that belong to the parameters but are not fitted, as the file keeps them.
     fn settings(&self, scales: &Scales) -> Vec<(&'static str, f64)> {
         let _ = scales;

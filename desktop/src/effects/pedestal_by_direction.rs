@@ -34,6 +34,11 @@ impl Effect for PedestalByDirection {
         starts
     }
 
+    fn at_strength(&self, parameters: &[f64], _: &Scales, strength: f64) -> Vec<f64> {
+        // in series, what is stiffer in everything gives less
+        parameters.iter().map(|value| value / strength).collect()
+    }
+
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let &[kx, ky, mass_kg, damping_n_s_m] = parameters else { return };
         terms.bearing_mut(place).pedestal = Some(Pedestal {

@@ -33,6 +33,11 @@ impl Effect for Rub {
         [1.0, 3.0, 10.0].map(|far| vec![0.1 * scales.stiffness_n_m, far * scales.amplitude_m, 0.15]).to_vec()
     }
 
+    fn at_strength(&self, parameters: &[f64], _: &Scales, strength: f64) -> Vec<f64> {
+        let &[stiffness_n_m, clearance_m, friction] = parameters else { return Vec::new() };
+        vec![stiffness_n_m * strength, clearance_m, friction]
+    }
+
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let &[stiffness_n_m, clearance_m, friction] = parameters else { return };
         let rub = Some(RubContact { stiffness_n_m, clearance_m, friction });

@@ -89,14 +89,21 @@ fn parse_less(
 fn within_films(file: &str, readings: &[Reading], rotor: &Rotor) -> Result<(), Error> {
     let speeds = || readings.iter().map(|r| r.speed_rpm);
     let ends = [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)];
-    for b in &rotor.bearing {
-        let Law::Film(film) = &b.law else { continue };
-        for speed_rpm in ends {
-            if let Err(e) = film.curve().state(rad_s(speed_rpm)) {
-                let what = format!("at {speed_rpm} rpm, bearing \"{}\": {e}", b.name);
-                return Err(Error::measurement(file, "column speed_rpm", what));
-            }
-        }
+    match beyond_films(rotor, ends) {
+        Some(what) => Err(Error::measurement(file, "column speed_rpm", what)),
+        None => Ok(()),
     }
-    Ok(())
+}
+
+/// The first film that is not solved for one of these speeds, rpm, and why.
+pub(crate) fn beyond_films(rotor: &Rotor, speeds_rpm: [f64; 2]) -> Option<String> {
+    let films = rotor.bearing.iter().filter_map(|b| match &b.law {
+        Law::Film(film) => Some((b, film.curve())),
+        _ => None,
+    });
+    films.into_iter().find_map(|(b, curve)| {
+        let refused = |rpm: &f64| Some((*rpm, curve.state(rad_s(*rpm)).err()?));
+        let (speed_rpm, why) = speeds_rpm.iter().find_map(refused)?;
+        Some(format!("at {speed_rpm} rpm, bearing \"{}\": {why}", b.name))
+    })
 }

@@ -37,7 +37,7 @@ impl SlowRoll {
     }
 
     /// Leaves slow rolls out of the readings of a file, and takes the runout off what remains.
-    pub(super) fn taken_off(
+    pub(crate) fn taken_off(
         &self,
         file: &str,
         readings: Vec<Reading>,

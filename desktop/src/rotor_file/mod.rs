@@ -17,6 +17,7 @@ use crate::error::Error;
 use crate::file_kind;
 use crate::machine::drawing::Rotor;
 use crate::whole_file;
+pub(crate) use loads::assign_loads;
 pub(crate) use validation::SCHEMA;
 use validation::{check, check_materials};
 
@@ -100,7 +101,7 @@ fn from_toml(file: &str, text: &str, folder: Option<&Path>) -> Result<Rotor, Err
         let what = format!("{} does not know {newer}, expected 2", rotor.schema);
         return Err(Error::rotor(file, "schema", what));
     }
-    loads::assign_loads(&mut rotor);
+    assign_loads(&mut rotor);
     Ok(rotor)
 }
 

@@ -21,7 +21,7 @@ type C = nalgebra::Complex<f64>;
 
 /// A flexible shaft with two wheels between bearings that differ, and one outside of them; a run as found and one with a
 /// trial weight.
-const MACHINE: &str = r#"
+pub const MACHINE: &str = r#"
 schema = 2
 name = "three wheels"
 noise = { relative = 0.01, floor_um = 0.05 }

@@ -7,4 +7,5 @@ mod lstm;
 mod published;
 mod repeated;
 mod rotor_file;
+mod simulate;
 mod tracking;

@@ -19,6 +19,7 @@ pub mod monitor_result;
 pub mod names;
 pub mod replay;
 pub mod shared;
+pub mod simulate;
 pub mod startup;
 pub mod track;
 pub mod track_curves;

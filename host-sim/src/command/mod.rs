@@ -34,6 +34,7 @@ mod provenance;
 mod replay;
 mod setting;
 mod shell;
+mod simulate;
 pub mod startup;
 mod stop;
 mod targets;

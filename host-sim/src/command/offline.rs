@@ -9,7 +9,7 @@ use super::{
     add, balance, check, compare, diagnose, estimate, extract, forecast, identify, import, import_rotor,
     improve,
 };
-use super::{startup, track};
+use super::{simulate, startup, track};
 
 #[derive(Debug, Subcommand)]
 pub enum OfflineCommand {
@@ -22,6 +22,8 @@ pub enum OfflineCommand {
     Extract(Box<extract::Arguments>),
     /// Convert a rotor that ROSS saved to a rotor file, and list everything that is lost
     ImportRotor(import_rotor::Arguments),
+    /// Simulate what the probes of a machine would show, with known or hidden effects
+    Simulate(Box<simulate::Arguments>),
     /// Compare a model with measurements: where they differ, and whether noise explains it
     Compare(compare::Arguments),
     /// Find the physical effect that a model lacks, or the measurement that would show it
@@ -52,6 +54,7 @@ impl OfflineCommand {
             Self::Import(arguments) => import::run(arguments, forced),
             Self::Extract(arguments) => extract::run(arguments, forced, listener),
             Self::ImportRotor(arguments) => import_rotor::run(arguments),
+            Self::Simulate(arguments) => simulate::run(arguments, listener),
             Self::Compare(arguments) => compare::run(arguments, listener),
             Self::Diagnose(arguments) => diagnose::run(arguments, listener),
             Self::Add(arguments) => add::run(arguments),

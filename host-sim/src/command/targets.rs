@@ -7,7 +7,8 @@ use clap::ArgMatches;
 use rotor_edge_desktop::whole_file::check_target;
 
 /// Arguments that name a file to write; every other path is read.
-const WRITTEN: [&str; 5] = ["output", "report", "csv", "write_mapping", "write_coefficients"];
+const WRITTEN: [&str; 7] =
+    ["output", "report", "csv", "truth", "write_mapping", "write_coefficients", "write_rotor"];
 
 /// Checks all paths of a command line.
 ///

@@ -15,6 +15,7 @@
 //! | [`extract`](mod@extract) | text of `extract` |
 //! | [`identify`](mod@identify) | text of `identify` |
 //! | [`replay`](mod@replay) | text of `replay` |
+//! | [`simulate`](mod@simulate) | text of `simulate` |
 //! | [`diagnose`](mod@diagnose), [`improve`](mod@improve) | text, story and sections of `diagnose` and `improve` |
 //! | [`fitted`] | the story of fitted models |
 //! | [`forecast`](mod@forecast), [`track`](mod@track) | text and sections of `forecast` and `track` |
@@ -68,6 +69,7 @@ pub mod quantity;
 pub mod regions;
 pub mod replay;
 pub mod residual_map;
+pub mod simulate;
 pub mod sketch;
 pub mod startup;
 pub mod story;

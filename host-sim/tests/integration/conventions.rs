@@ -7,8 +7,10 @@ use serde_json::Value;
 use crate::golden::manifest::{self, GoldenCommand, Group};
 
 /// Commands that print amplitudes or fitted numbers.
-const COMMANDS: [&str; 9] =
-    ["add", "balance", "compare", "diagnose", "estimate", "identify", "improve", "startup", "track"];
+const COMMANDS: [&str; 10] = [
+    "add", "balance", "compare", "diagnose", "estimate", "identify", "improve", "simulate", "startup",
+    "track",
+];
 /// Verdicts after which no interval holds.
 const REJECTED: [&str; 4] = ["missing: ", "undecided: ", "unknown: ", "misses: "];
 

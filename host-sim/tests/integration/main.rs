@@ -25,6 +25,7 @@ mod power;
 mod program;
 mod reconnect;
 mod shared;
+mod simulate;
 mod simulated;
 mod slow;
 mod slow_roll;

@@ -12,6 +12,7 @@ from .extract import Extraction
 from .forecast import Forecast
 from .identify import Identification
 from .imported import Import, ImportedRotor
+from .simulate import Simulation
 from .startup import Startup
 from .track import Track
 from .tracker import Monitored, TrackerResult
@@ -30,6 +31,7 @@ __all__ = [
     "ImportedRotor",
     "Improvement",
     "Monitored",
+    "Simulation",
     "Startup",
     "Track",
     "TrackerResult",

@@ -322,6 +322,14 @@ pub const WORDS: &[Word] = &[
     ),
     word(
         Kind::Term,
+        "simulated truth",
+        &["truth file"],
+        "What a simulated machine has and its file does not say: effects with their parameters, the unbalance of each plane, and \
+         where the machine differs from its drawing.",
+        "Write it with `rotor-edge simulate --truth`, and hold the diagnosis against it.",
+    ),
+    word(
+        Kind::Term,
         "slow roll",
         &[],
         "A speed at which unbalance does nothing yet: a probe then shows its runout, of a track that is not round or is \
