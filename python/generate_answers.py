@@ -24,6 +24,7 @@ ROTOR = ("rotor", "Rotor = field(kw_only=True)")
 # the answer of a command by its Rust type, with the fields that Python adds
 ANSWERS: dict[str, tuple[Added, ...]] = {
     "CheckAnswer": (),
+    "PlanAnswer": (),
     "ComparisonAnswer": (),
     "DiagnosisAnswer": (),
     "Addition": ((*ROTOR, "The better model."),),

@@ -23,6 +23,7 @@
 //! | [`simulate`] | readings that the machine of a file would give, with known effects |
 //! | [`grade`] | balance quality grade of ISO 21940-11 |
 //! | [`balance`] | correction weights from the model and from trial runs; the unbalance of single runs from others with stated weights |
+//! | [`plan`](mod@plan) | what measurements could show before they are made |
 //! | [`compare`], [`diagnose`] | where a model misses; which effect is missing, and adding it |
 //!
 //! # Example
@@ -90,6 +91,7 @@ pub mod identify;
 pub mod machine;
 pub mod measurement;
 pub mod model;
+pub mod plan;
 mod receptance;
 pub mod reduction;
 pub mod rotor_file;

@@ -19,6 +19,7 @@ from .commands import (
     forecast,
     identify,
     improve,
+    plan,
     startup,
     track,
 )
@@ -47,6 +48,7 @@ __all__ = [
     "import_",
     "import_rotor",
     "improve",
+    "plan",
     "read_measurement",
     "read_rotor",
     "simulate",

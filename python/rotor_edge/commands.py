@@ -20,6 +20,7 @@ from .answers import (
     Forecast,
     Identification,
     Improvement,
+    Plan,
     Startup,
     Track,
     TrialBalance,
@@ -62,6 +63,25 @@ def check(rotor: RotorLike, *, rpm: Range | float | None = None, own_unbalance: 
     the rotor state, instead of twice the permitted one."""
     speeds = rpm if rpm is None or isinstance(rpm, (int, float)) else _range(rpm)
     return _answer(Check, "check", rotor, rpm=speeds, own_unbalance=own_unbalance)
+
+
+def plan(
+    rotor: RotorLike,
+    *,
+    speeds: tuple[float, float, int],
+    runs: FilePath | None = None,
+    unbalance: float | Mapping[str, tuple[float, float]] | None = None,
+) -> Plan:
+    """What measurements could show before they are made: the smallest effects found, their rivals, the accuracy of the unbalance,
+    and which further measurement helps most.
+
+    speeds: from and to, rpm, and the number of readings of every run. runs: a table of trial weights (run, plane,
+    magnitude_g_mm, angle_deg) instead of the rotor's runs. unbalance: g·mm in every plane, or (g·mm, degrees) by plane."""
+    low, high, count = speeds
+    words = unbalance
+    if isinstance(unbalance, Mapping):
+        words = ",".join(f"{name}={size}@{angle}" for name, (size, angle) in unbalance.items())
+    return _answer(Plan, "plan", rotor, speeds=f"{low}..{high}:{count}", runs=runs, unbalance=words)
 
 
 def compare(rotor: RotorLike, data: DataLike, *, slow_roll: DataLike | None = None) -> Comparison:

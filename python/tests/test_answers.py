@@ -158,6 +158,13 @@ def test_simulate(printed, tmp_path):
     assert hidden.truth is None and len(hidden.measurement["speed_rpm"]) == hidden.readings
 
 
+def test_plan(printed):
+    answer = rotor_edge.plan(KIT / "rotor.toml", speeds=(500, 4000, 21), unbalance=5.0)
+    assert answer.json == printed("plan", KIT / "rotor.toml", "--speeds", "500..4000:21", "--unbalance", "5")
+    assert_whole(answer)
+    assert answer.planes[0].accuracy > 0 and answer.next[0].gain > 0
+
+
 def test_estimate(printed):
     rig = ROOT / "tests" / "rigs" / "rk4"
     answer = rotor_edge.estimate(rig / "rotor.toml", rig / "measured.csv")

@@ -49,13 +49,14 @@ pub fn another_kind(base: &BaseModel) -> String {
     )
 }
 
-struct Measurement {
-    name: String,
-    speeds_rpm: Vec<f64>,
+/// A measurement that could be made.
+pub struct Measurement {
+    pub name: String,
+    pub speeds_rpm: Vec<f64>,
     /// Probes that are there beside the machine's own.
-    extra: Vec<Probe>,
+    pub extra: Vec<Probe>,
     /// Weight added to a plane, kg·m.
-    weight: Option<(usize, Complex<f64>)>,
+    pub weight: Option<(usize, Complex<f64>)>,
 }
 
 /// What would tell the rivals of a ranking apart, as they were fitted.
@@ -114,7 +115,8 @@ fn advise(base: &BaseModel, rivals: &[Rotor], noise: &Noise) -> Vec<Advice> {
     advice
 }
 
-fn measurements(base: &BaseModel, rotor: &Rotor) -> Vec<Measurement> {
+/// Measurements that one could go on with, least effort first.
+pub fn measurements(base: &BaseModel, rotor: &Rotor) -> Vec<Measurement> {
     let rows = &base.fitter.data.rows;
     let fastest = rpm(base.fitter.data.fastest_rad_s()).min(reach_rpm(base));
     let slowest = rpm(rows.iter().map(|r| r.speed_rad_s).fold(f64::INFINITY, f64::min));
@@ -154,23 +156,28 @@ fn measurements(base: &BaseModel, rotor: &Rotor) -> Vec<Measurement> {
         });
     }
     for disk in &rotor.disk {
-        let probe = |angle_deg: f64| Probe {
-            name: format!("at {} {angle_deg}", disk.name),
-            bearing: rotor.bearing[0].name.clone(),
-            position_m: disk.position_m,
-            angle_deg,
-            used: true,
-            mount: Mount::Ground,
-            gap: None,
-        };
         all.push(Measurement {
             name: format!("a run-up with a further X/Y pair of probes at {}", disk.name),
             speeds_rpm: run_up.clone(),
-            extra: vec![probe(0.0), probe(90.0)],
+            extra: pair_at(rotor, &disk.name, disk.position_m),
             weight: None,
         });
     }
     all
+}
+
+/// A further pair of X/Y probes on the ground.
+pub fn pair_at(rotor: &Rotor, name: &str, position_m: f64) -> Vec<Probe> {
+    let probe = |angle_deg: f64| Probe {
+        name: format!("at {name} {angle_deg}"),
+        bearing: rotor.bearing[0].name.clone(),
+        position_m,
+        angle_deg,
+        used: true,
+        mount: Mount::Ground,
+        gap: None,
+    };
+    vec![probe(0.0), probe(90.0)]
 }
 
 /// Distance of the best rival from the most alike other one, and the speed of the largest difference.

@@ -108,6 +108,15 @@ impl<'a> BaseModel<'a> {
         Self::fit_base(fitter, hypothesis, stated, starts)
     }
 
+    /// The model of the file where the readings are its own: nothing has to be sought.
+    pub fn as_stated(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
+        let (hypothesis, [start, ..]) = of_file(fitter)?;
+        let stated = hypothesis.effects.len();
+        let SearchFit { hypothesis, fit, exact: drawing, around, there } =
+            SearchFit::of(fitter, hypothesis, &[start])?;
+        Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
+    }
+
     /// What the model of the file costs in the search, where it is compared with others of the same data.
     pub fn search_cost(fitter: &'a Fitter<'a>) -> Result<f64, Error> {
         let (hypothesis, starts) = of_file(fitter)?;

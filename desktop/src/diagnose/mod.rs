@@ -6,10 +6,10 @@
 //! not fitted to. Where the data cannot decide, the answer says so, names the rivals, and says which
 //! measurement would tell them apart.
 
-mod advice;
+pub(crate) mod advice;
 mod answer;
 mod as_file;
-mod base;
+pub(crate) mod base;
 mod best_fit;
 pub(crate) mod checks;
 mod diagnosis;
@@ -20,8 +20,8 @@ mod instruments;
 mod mistaken;
 mod mistakes;
 mod parameters;
-mod planes;
-mod rank;
+pub(crate) mod planes;
+pub(crate) mod rank;
 mod runs;
 mod screening;
 mod sets;

@@ -17,6 +17,8 @@ const VISIBLE: f64 = 1.0;
 pub const OUTSIDE: f64 = 0.1;
 /// Prior share of misfits that are a mistake in the files and no effect at all.
 const MISTAKEN: f64 = 0.1;
+/// Evidence, either way, from which on the data show an effect without parameters: twice the logarithm of the odds of [`SURE`].
+pub const SHOWN: f64 = 5.991_464_547_107_98;
 /// Label of a cause outside the list in a group that the data cannot tell apart.
 pub const NONE_OF_THESE: &str = "none of these";
 
@@ -89,7 +91,7 @@ pub fn rank(
 /// Whether data like these would show an effect without parameters. There is no size to it: what speaks for it when it is there is
 /// about what speaks against it when it is not, so that little either way says that the data do not see it.
 fn shows(t: &CandidateFit) -> bool {
-    t.evidence.abs() > -2.0 * SURE.ln()
+    t.evidence.abs() > SHOWN
 }
 
 /// A sentence if the data cannot hold more than bearings and planes: at so few operating points, the

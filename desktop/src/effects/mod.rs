@@ -238,12 +238,18 @@ pub trait Effect: Sync {
         vec![Vec::new()]
     }
 
-    /// The parameters of the effect at `strength` times the size that these have; at zero it does nothing. Bounds are not
-    /// kept to.
-    fn at_strength(&self, parameters: &[f64], scales: &Scales, strength: f64) -> Vec<f64> {
-        let one = |(p, value): (Parameter, &f64)| match p.scale {
-            Scale::Linear(_) => value * strength,
-            Scale::Logarithmic => value.powf(strength),
+    /// Parameters of a usual strength, in SI units, for where nothing is measured yet.
+    fn typical(&self, scales: &Scales) -> Vec<f64> {
+        self.starts(scales).into_iter().next().unwrap_or_default()
+    }
+
+    /// Parameters, in SI units, of an effect so many times as strong as one with these; at zero there is none. Coefficients grow with
+    /// it, factors are raised to its power.
+    fn strengthened(&self, scales: &Scales, parameters: &[f64], strength: f64) -> Vec<f64> {
+        let one = |(p, v): (Parameter, &f64)| match p.scale {
+            Scale::Linear(_) => v * strength,
+            Scale::Logarithmic if p.unit.is_empty() => v.powf(strength),
+            Scale::Logarithmic => *v,
         };
         self.parameters(scales).into_iter().zip(parameters).map(one).collect()
     }

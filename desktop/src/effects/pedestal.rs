@@ -37,9 +37,9 @@ impl Effect for OnPedestal {
         starts
     }
 
-    fn at_strength(&self, parameters: &[f64], _: &Scales, strength: f64) -> Vec<f64> {
-        // in series, what is stiffer in everything gives less
-        parameters.iter().map(|value| value / strength).collect()
+    /// A softer one with the same resonance.
+    fn strengthened(&self, _: &Scales, parameters: &[f64], strength: f64) -> Vec<f64> {
+        parameters.iter().map(|v| v / strength).collect()
     }
 
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {

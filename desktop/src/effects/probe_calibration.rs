@@ -30,6 +30,10 @@ impl Effect for ProbeCalibration {
         [0.0, 1.6, -1.6, 3.1].map(|phase| vec![1.0, phase]).to_vec()
     }
 
+    fn typical(&self, _: &Scales) -> Vec<f64> {
+        vec![1.1, 0.1]
+    }
+
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
         let (Place::Probe(p), &[gain, phase]) = (place, parameters) else { return };
         terms.gains[p] *= Complex::from_polar(gain, phase);

@@ -33,9 +33,11 @@ impl Effect for Rub {
         [1.0, 3.0, 10.0].map(|far| vec![0.1 * scales.stiffness_n_m, far * scales.amplitude_m, 0.15]).to_vec()
     }
 
-    fn at_strength(&self, parameters: &[f64], _: &Scales, strength: f64) -> Vec<f64> {
-        let &[stiffness_n_m, clearance_m, friction] = parameters else { return Vec::new() };
-        vec![stiffness_n_m * strength, clearance_m, friction]
+    /// A stiffer stator at the same clearance.
+    fn strengthened(&self, _: &Scales, parameters: &[f64], strength: f64) -> Vec<f64> {
+        let mut stronger = parameters.to_vec();
+        stronger.iter_mut().take(1).for_each(|stiffness_n_m| *stiffness_n_m *= strength);
+        stronger
     }
 
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {

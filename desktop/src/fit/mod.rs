@@ -8,6 +8,7 @@
 //! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
 //! | [`bearings`] | bearing parameters of a fit with their uncertainty |
+//! | [`forward`] | what a hypothesis predicts of readings that nobody has made yet |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
 //! [`Fitter`] holds what all hypotheses about one machine share.
@@ -20,6 +21,7 @@ mod derivative;
 pub(crate) mod descent;
 pub mod drawing_errors;
 mod error_slopes;
+pub mod forward;
 pub mod hypothesis;
 mod optimum;
 pub mod problem;

@@ -6,6 +6,7 @@
 //! `derivative`.
 
 mod force_columns;
+mod forward;
 
 use std::sync::Arc;
 
@@ -240,13 +241,7 @@ impl<'a> Problem<'a> {
         let (columns, target) = self.linear_system(&terms, &responses);
         let solved = LinearSolution::new(columns, target, self.whitening)?;
         let sizes = self.sizes(&terms, &solved.unknowns);
-        let moved = |(r, sizes): (usize, &Vec<C>)| {
-            let held = &responses.of(r).held;
-            DVector::from_fn(held.nrows(), |i, _| {
-                sizes.iter().enumerate().map(|(force, size)| size * held[(i, force)]).sum::<C>()
-            })
-        };
-        let motion = sizes.iter().enumerate().map(moved).collect();
+        let motion = Self::motion(&responses, &sizes);
         Some(Evaluation { motion, sizes, solved, responses, terms })
     }
 }
@@ -284,15 +279,7 @@ impl Problem<'_> {
 
     /// Squared amplitude of the shaft at its places in every row.
     pub(super) fn amplitudes(&self) -> Option<Amplitudes> {
-        let places = self.places();
-        let at = |m: &DVector<C>| {
-            let mut squared = vec![[0.0; 2]; self.plant.forward.held.ncols()];
-            for (i, place) in places.iter().enumerate() {
-                squared[*place] = [m[2 * i].norm_sqr(), m[2 * i + 1].norm_sqr()];
-            }
-            squared
-        };
-        Some(self.now.as_ref()?.motion.iter().map(at).collect())
+        Some(self.squared(&self.now.as_ref()?.motion))
     }
 
     /// The model at `x` and these linear unknowns, in noise units.
@@ -323,12 +310,9 @@ impl Problem<'_> {
     /// Covariance of everything: search coordinates first, then real and imaginary parts of the linear
     /// unknowns. From the information in the data and in the prior.
     pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
-        let linear = &self.now.as_ref()?.solved.columns;
-        let mut outer = self.derivative()?;
-        self.whitening.apply(&mut outer);
-        let (n, width) = (outer.ncols(), linear.ncols());
-        let mut whole = outer.resize_horizontally(n + width, 0.0);
-        whole.columns_mut(n, width).copy_from(linear);
+        let whole = self.tangent()?;
+        let n = self.x.len();
+        let width = whole.ncols() - n;
         let mut information = transposed_product(&whole, &whole);
         for (i, u) in self.hypothesis.bearings.unknowns().iter().enumerate() {
             information[(i, i)] += u.law.prior_sd.powi(-2);

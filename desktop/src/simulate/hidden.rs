@@ -165,7 +165,7 @@ impl Search<'_> {
     /// The effect at a strength, if its parameters are within their bounds.
     fn entry(&self, drawn: &Drawn, strength: f64) -> Option<EffectEntry> {
         let Drawn { effect, place, .. } = drawn;
-        let values = effect.at_strength(&drawn.parameters, self.scales, strength);
+        let values = effect.strengthened(self.scales, &drawn.parameters, strength);
         let parameters = effect.parameters(self.scales);
         let usual = |name: &str, value: f64| {
             let [low, high] = usual::bounds(effect.name(), name, self.scales);

@@ -113,7 +113,25 @@ impl Predecessors {
     /// The most probable scatter of residuals in stated units, real and imaginary parts in turn, of which
     /// `free` are not used up by unknowns; and minus twice the logarithm of its probability.
     pub fn most_probable(&self, residuals: &[f64], free: f64, stated_log_sd: f64) -> (Scatter, f64) {
-        let sums = Sums::of(self, residuals);
+        self.best_of(&Sums::of(self, residuals), free, stated_log_sd)
+    }
+
+    /// What [`Self::most_probable`] costs on average where such residuals have white noise of the stated size, in `free` real
+    /// numbers, beside them.
+    pub fn expected_cost(&self, residuals: &[f64], free: f64, stated_log_sd: f64) -> f64 {
+        let (values, followers) = (residuals.len() as f64, 2.0 * self.followers() as f64);
+        let each = free / values.max(1.0);
+        let signal = Sums::of(self, residuals);
+        let sums = Sums {
+            first: signal.first + each * (values - followers),
+            own: signal.own + each * followers,
+            before: signal.before + each * followers,
+            ..signal
+        };
+        self.best_of(&sums, free, stated_log_sd).1
+    }
+
+    fn best_of(&self, sums: &Sums, free: f64, stated_log_sd: f64) -> (Scatter, f64) {
         let at = |correlation: f64| {
             let squares = sums.whitened(correlation);
             let scale = scale_of(squares, free, stated_log_sd);

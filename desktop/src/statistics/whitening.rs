@@ -230,6 +230,30 @@ impl Whitening {
         let allowed = self.log_det - series.log_det(scatter, *free) - self.between.log_det();
         (found, cost + deviations.norm_squared() + allowed)
     }
+
+    /// What [`Self::most_probable_scatter`] costs on average, up to a constant, where a model misses this (whitened, with the noise as
+    /// stated) beside noise as stated; `used_up` as there.
+    pub fn expected_cost(&self, missed: &DVector<f64>, used_up: f64) -> f64 {
+        let DataScatter { series, runs, stated_log_sd, .. } = &self.scattered;
+        // the root of the inverse covariance is symmetric: once more, and what deviations follow is out
+        let mut left = DMatrix::from_columns(std::slice::from_ref(missed));
+        self.deviations.whiten(&mut left);
+        let left = left.column(0).into_owned();
+        let of_deviations = missed.norm_squared() - left.norm_squared();
+        let unused = left.len() as f64 - used_up - self.deviations.used_up();
+        let of_series = |left: &DVector<f64>, unused: f64| {
+            series.expected_cost(left.as_slice(), unused.max(1.0), *stated_log_sd)
+        };
+        let least = if runs.is_empty() {
+            of_series(&left, unused)
+        } else {
+            let cost = |t: between_runs::BetweenRunsTrial| {
+                of_series(&(&left - runs.change(&t.errors)), unused - t.used_up) + t.cost
+            };
+            BetweenRunsSearch::new(runs, &left).tries().map(cost).fold(f64::INFINITY, f64::min)
+        };
+        least + of_deviations
+    }
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ pub mod identify;
 pub mod imported;
 pub mod monitor_result;
 pub mod names;
+pub mod plan;
 pub mod replay;
 pub mod shared;
 pub mod simulate;

@@ -30,6 +30,7 @@ mod manual;
 mod node;
 mod offline;
 mod output;
+mod plan;
 mod provenance;
 mod replay;
 mod setting;

@@ -9,12 +9,14 @@ use super::{
     add, balance, check, compare, diagnose, estimate, extract, forecast, identify, import, import_rotor,
     improve,
 };
-use super::{simulate, startup, track};
+use super::{plan, simulate, startup, track};
 
 #[derive(Debug, Subcommand)]
 pub enum OfflineCommand {
     /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
     Check(check::Arguments),
+    /// Say before a measurement what it could show: effects, their smallest sizes, the unbalance, and what helps most
+    Plan(plan::Arguments),
     /// Convert exports of other systems (CSV, TSV, xlsx, xls, ods) to measurements, and show the meaning of each
     /// column
     Import(Box<import::Arguments>),
@@ -51,6 +53,7 @@ impl OfflineCommand {
     pub fn run(&self, forced: bool, listener: Listener) -> Result<Json> {
         match self {
             Self::Check(arguments) => check::run(arguments, listener),
+            Self::Plan(arguments) => plan::run(arguments, listener),
             Self::Import(arguments) => import::run(arguments, forced),
             Self::Extract(arguments) => extract::run(arguments, forced, listener),
             Self::ImportRotor(arguments) => import_rotor::run(arguments),

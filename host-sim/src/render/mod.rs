@@ -19,6 +19,7 @@
 //! | [`diagnose`](mod@diagnose), [`improve`](mod@improve) | text, story and sections of `diagnose` and `improve` |
 //! | [`fitted`] | the story of fitted models |
 //! | [`forecast`](mod@forecast), [`track`](mod@track) | text and sections of `forecast` and `track` |
+//! | [`plan`](mod@plan) | text, story and sections of `plan` |
 //! | [`imported`] | text of `import` and `import-rotor` |
 //! | [`findings`] | noise, planes, unknown causes and parameters in sentences |
 //! | [`quantity`] | a quantity with its uncertainty in the units of the trade |
@@ -64,6 +65,7 @@ pub mod imported;
 pub mod improve;
 pub mod orbit;
 pub mod page;
+pub mod plan;
 pub mod polar;
 pub mod quantity;
 pub mod regions;

@@ -1,6 +1,6 @@
 //! Quantities in the units of the trade, with their 95 % intervals, as people write them.
 
-use crate::scale::number;
+use crate::scale::{number, round_to, three_digits};
 
 /// Digits of a value whose uncertainty is not known.
 const DIGITS: i32 = 4;
@@ -12,13 +12,7 @@ const MIDDLE: f64 = 0.05;
 /// A value with its 95 % interval, such as "16.8 ± 1.1 MN/m", or "17 MN/m (4.7 to 61 with 95 %)" where the value is not in the
 /// middle: lengths in µm, unbalances in g·mm, angles in degrees, others with a prefix.
 pub fn quantity(value: f64, interval_95: Option<[f64; 2]>, unit: &str) -> String {
-    let (factor, unit) = match unit {
-        "m" => (1e6, "µm".to_string()),
-        "kg·m" => (1e6, "g·mm".into()),
-        "rad" => (180.0 / std::f64::consts::PI, "°".into()),
-        "N" | "N/m" | "N·s/m" | "Pa·s" | "s" => prefixed(value, unit),
-        _ => (1.0, unit.to_string()),
-    };
+    let (factor, unit) = in_trade(value, unit);
     let value = value * factor;
     let known = |[low, high]: &[f64; 2]| low.is_finite() && high.is_finite() && low < high;
     let interval = interval_95.map(|ends| ends.map(|end| end * factor)).filter(known);
@@ -38,6 +32,24 @@ pub fn quantity(value: f64, interval_95: Option<[f64; 2]>, unit: &str) -> String
             format!("{}{space}{unit} ({} to {} with 95 %)", written(value), written(low), written(high))
         }
         None => format!("{}{space}{unit}", written(value)),
+    }
+}
+
+/// A value to three digits, such as "16.8 MN/m".
+pub fn about(value: f64, unit: &str) -> String {
+    let (factor, unit) = in_trade(value, unit);
+    let space = if unit.is_empty() { "" } else { " " };
+    format!("{}{space}{unit}", three_digits(round_to(value * factor, 3)))
+}
+
+/// The factor to the unit of the trade, and that unit.
+fn in_trade(value: f64, unit: &str) -> (f64, String) {
+    match unit {
+        "m" => (1e6, "µm".to_string()),
+        "kg·m" => (1e6, "g·mm".into()),
+        "rad" => (180.0 / std::f64::consts::PI, "°".into()),
+        "N" | "N/m" | "N·s/m" | "Pa·s" | "s" => prefixed(value, unit),
+        _ => (1.0, unit.to_string()),
     }
 }
 
@@ -66,6 +78,10 @@ mod tests {
         assert_eq!(written(0.5, Some(0.0), "rad"), "28.65 °");
         assert_eq!(written(1.25, Some(0.031), ""), "1.250 ± 0.031");
         assert_eq!(written(0.0, None, "N/m"), "0.000 N/m");
+        assert_eq!(
+            (about(1.6807e7, "N/m").as_str(), about(1.234e-6, "m").as_str()),
+            ("16.8 MN/m", "1.23 µm")
+        );
         assert_eq!(quantity(1.7e7, Some([4.7e6, 6.1e7]), "N/m"), "17 MN/m (5 to 61 with 95 %)");
     }
 }

@@ -21,6 +21,7 @@ mod import;
 mod mac;
 mod mistaken_files;
 mod mutations;
+mod plan;
 mod power;
 mod program;
 mod reconnect;

@@ -12,6 +12,7 @@ from .extract import Extraction
 from .forecast import Forecast
 from .identify import Identification
 from .imported import Import, ImportedRotor
+from .plan import Plan
 from .simulate import Simulation
 from .startup import Startup
 from .track import Track
@@ -31,6 +32,7 @@ __all__ = [
     "ImportedRotor",
     "Improvement",
     "Monitored",
+    "Plan",
     "Simulation",
     "Startup",
     "Track",

@@ -75,6 +75,22 @@ pub const WORDS: &[Word] = &[
         "Check the drawing and the probes near that place; what looks like it is listed.",
     ),
     word(
+        Kind::Term,
+        "size that matters",
+        &["sizes that matter", "relevant size"],
+        "The size at which an effect changes the vibration by a tenth, root mean square over the planned readings. \
+         `rotor-edge plan` counts an effect as found if it is found there with 90 % probability.",
+        "",
+    ),
+    word(
+        Kind::Term,
+        "expected information",
+        &["gain of a measurement", "bits"],
+        "By how much a measurement is expected to lower the uncertainty, in bits: one bit halves the number of effects that \
+         could be missing, or the area of the 95 % region of a plane's unbalance.",
+        "Make the measurement that has most of it for the least effort.",
+    ),
+    word(
         Kind::State,
         "no model",
         &[],

@@ -19,7 +19,7 @@ const RECORDS: u64 = 2;
 const WRONG_BY: f64 = 1.5;
 
 /// Standard normal numbers, by the polar method (Marsaglia and Bray 1964).
-fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
+pub fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
     let mut uniform = || 2.0 * (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 1.0;
     loop {
         let (u, v) = (uniform(), uniform());

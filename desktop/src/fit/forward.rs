@@ -1,0 +1,105 @@
+//! What a hypothesis says of measurements that nobody has made yet: its prediction at any unknowns, its derivative by all of them,
+//! and what missing a part of the response would cost on average.
+
+use std::cell::RefCell;
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::data::Amplitudes;
+use super::hypothesis::Hypothesis;
+use super::problem::Problem;
+use super::{Drawing, Fit, Fitter, singular};
+use crate::error::Error;
+use crate::statistics::whitening::Whitening;
+
+/// A hypothesis that predicts the readings for any unknowns.
+pub struct ForwardModel<'p> {
+    problem: RefCell<Problem<'p>>,
+    /// Where amplitudes are sought from.
+    amplitudes: &'p Amplitudes,
+}
+
+impl ForwardModel<'_> {
+    /// Every value in noise units for these search coordinates and linear unknowns; `None` if the machine is singular.
+    pub fn at(&self, x: &[f64], unknowns: &[Complex<f64>]) -> Option<DVector<f64>> {
+        self.problem.borrow_mut().settled_model(x, unknowns, self.amplitudes)
+    }
+}
+
+/// The average cost of a fit that misses a part of the response, its scatter the most probable one.
+pub struct ExpectedCost {
+    whitening: Whitening,
+    used_up: f64,
+}
+
+impl ExpectedCost {
+    /// Up to a constant, where this is missed, whitened.
+    pub fn of(&self, missed: &DVector<f64>) -> f64 {
+        self.whitening.expected_cost(missed, self.used_up)
+    }
+}
+
+impl Drawing {
+    /// Whitens columns in noise units by scatter and errors of the drawing.
+    pub fn whiten(&self, columns: &mut DMatrix<f64>) {
+        self.whitening.apply(columns);
+    }
+}
+
+impl Fitter<'_> {
+    /// A hypothesis that predicts these readings, on the shaft of a drawing.
+    ///
+    /// # Errors
+    /// If the shaft cannot be solved.
+    pub fn forward<'p>(
+        &'p self,
+        hypothesis: &'p Hypothesis<'p>,
+        drawing: &Drawing,
+        amplitudes: &'p Amplitudes,
+    ) -> Result<ForwardModel<'p>, Error> {
+        let plant = self.plant_of(drawing, &hypothesis.terms(&hypothesis.origin()).physics)?;
+        let problem = self.problem(hypothesis, plant, Some(amplitudes), &self.plain);
+        Ok(ForwardModel { problem: RefCell::new(problem), amplitudes })
+    }
+
+    /// Whitened change of the model per search coordinate, then per real and imaginary part of each linear unknown, at `x`.
+    ///
+    /// # Errors
+    /// If the machine is singular there.
+    pub fn tangent(
+        &self,
+        hypothesis: &Hypothesis,
+        x: &[f64],
+        drawing: &Drawing,
+        amplitudes: &Amplitudes,
+    ) -> Result<DMatrix<f64>, Error> {
+        let plant = self.plant_of(drawing, &hypothesis.terms(x).physics)?;
+        let mut problem = self.problem(hypothesis, plant, Some(amplitudes), &drawing.whitening);
+        problem.go_to(x);
+        problem.tangent().ok_or_else(singular)
+    }
+
+    /// The same machine where the readings are changed by this, in noise units; their noise stays.
+    pub fn changed(&self, change: &DVector<f64>) -> Self {
+        let mut data = self.data.clone();
+        let values = data.rows.iter_mut().flat_map(|row| &mut row.values);
+        for (v, by) in values.zip(change.as_slice().chunks_exact(2)) {
+            v.measured_m += Complex::new(by[0], by[1]) * v.sigma_m;
+        }
+        Self::new(self.rotor, data)
+    }
+
+    /// What a fit on a drawing as stated misses: readings, whitened, then deviations of the bearings from their priors.
+    pub fn missed(&self, hypothesis: &Hypothesis, fit: &Fit, drawing: &Drawing) -> DVector<f64> {
+        let mut left = DMatrix::from_columns(std::slice::from_ref(&fit.weighted));
+        drawing.whitening.apply(&mut left);
+        let priors = hypothesis.bearings.prior_residuals(&fit.x);
+        let all: Vec<f64> = left.iter().copied().chain(priors).collect();
+        DVector::from_vec(all)
+    }
+
+    /// What missing a part of the response beside a fit costs.
+    pub fn expected_cost(&self, fit: &Fit, drawing: &Drawing) -> ExpectedCost {
+        ExpectedCost { whitening: self.about(&drawing.whitening, fit), used_up: fit.unknown_count() }
+    }
+}

@@ -1,0 +1,180 @@
+//! Which further measurement helps most.
+//!
+//! Each is added to the planned ones and the answer worked out anew for effects of the sizes that matter. Its gain is the expected
+//! information, in bits: on which effect is missing, the lower bound on the mutual information of Kolchinsky and Tracey (Entropy 2017,
+//! 19, 361) with the Bhattacharyya distance of each pair of effects; on the unbalance of each plane, the logarithm of the factor
+//! by which the area of its 95 % region shrinks.
+
+use nalgebra::Complex;
+use rayon::prelude::*;
+
+use super::answer::{EffectPlan, FurtherMeasurement};
+use super::campaign::Campaign;
+use super::model::PlannedModel;
+use super::power::outcome;
+use super::strength::EffectState;
+use crate::diagnose::advice::{self, Measurement};
+use crate::diagnose::base::BaseModel;
+use crate::diagnose::{PlaneUnbalances, rank};
+use crate::effects::entry;
+use crate::error::Error;
+use crate::fit::Fitter;
+use crate::fit::data::Data;
+use crate::fit::hypothesis::PlacedEffect;
+use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
+
+/// Readings that are averaged into one.
+const AVERAGED: f64 = 4.0;
+/// A pair of probes nearer than this share of the shaft's length to another is no further one.
+const SAME_PLACE: f64 = 0.02;
+/// Pairs of probes between bearings beside those at disks.
+const BETWEEN_BEARINGS: [f64; 3] = [0.25, 0.5, 0.75];
+/// Pairs of probes that are tried.
+const MOST_PAIRS: usize = 6;
+
+/// What can be found with some measurements, effect by effect of the size that matters.
+pub struct Further {
+    found: usize,
+    alone: usize,
+    bits: f64,
+    half_widths: Vec<f64>,
+}
+
+impl Further {
+    /// Further measurements beside planned ones, those that help most first.
+    ///
+    /// # Errors
+    /// If a machine is singular.
+    pub fn of(
+        campaign: &Campaign,
+        planned: &PlannedModel,
+        effects: &[EffectPlan],
+        planes: &PlaneUnbalances,
+    ) -> Result<Vec<FurtherMeasurement>, Error> {
+        let sizes: Vec<(PlacedEffect, &EffectEntry)> =
+            planned.candidates.iter().zip(effects).map(|(c, e)| (c.placed, &e.relevant.entry)).collect();
+        let now = Self::found_by(planned, &sizes, planes);
+        let mut campaigns: Vec<(String, Campaign)> =
+            measurements(planned).iter().map(|m| (m.name.clone(), campaign.with(m))).collect();
+        campaigns
+            .push((format!("{AVERAGED:.0} readings averaged at every speed"), campaign.averaged(AVERAGED)));
+        let progress = &planned.base.fitter.progress;
+        progress.plan(campaigns.len());
+        let try_one = |(measurement, more): &(String, Campaign)| {
+            let then = Self::by(more, &sizes);
+            progress.step();
+            // a further measurement in which the machine cannot be computed is none that helps
+            then.ok().map(|then| then.beyond(&now, measurement.clone()))
+        };
+        let all: Vec<Option<FurtherMeasurement>> = campaigns.par_iter().map(try_one).collect();
+        let mut all: Vec<FurtherMeasurement> = all.into_iter().flatten().collect();
+        all.sort_by(|a, b| b.gain_bits.total_cmp(&a.gain_bits));
+        Ok(all)
+    }
+
+    /// With the measurements of a campaign.
+    ///
+    /// # Errors
+    /// If the machine is singular.
+    pub fn by(campaign: &Campaign, sizes: &[(PlacedEffect, &EffectEntry)]) -> Result<Self, Error> {
+        let readings = campaign.readings()?;
+        let fitter = Fitter::new(&campaign.rotor, Data::new(&campaign.rotor, &campaign.noise, &readings));
+        let placed: Vec<PlacedEffect> = sizes.iter().map(|(placed, _)| *placed).collect();
+        let planned = PlannedModel::looking_for(BaseModel::as_stated(&fitter)?, &placed)?;
+        let planes = planned.planes()?;
+        Ok(Self::found_by(&planned, sizes, &planes))
+    }
+
+    fn found_by(
+        planned: &PlannedModel,
+        sizes: &[(PlacedEffect, &EffectEntry)],
+        planes: &PlaneUnbalances,
+    ) -> Self {
+        let is_saturated = rank::saturation(&planned.base).is_some();
+        let look = |number: usize| {
+            let placed = planned.candidates[number].placed;
+            let with = planned.with(placed);
+            let (_, entry) = sizes.iter().find(|(p, _)| crate::diagnose::base::same(p, &placed))?;
+            let state = stated(&with.scales, with.rotor, placed, entry);
+            let change = planned.change(&with, &planned.forward(&with).ok()?, &state)?;
+            Some(outcome(planned, number, &planned.signal_beside_fit(&change)?, &[]))
+        };
+        let outcomes: Vec<_> = (0..planned.candidates.len()).into_par_iter().filter_map(look).collect();
+        let count = |of: &dyn Fn(&super::power::Outcome) -> f64| match is_saturated {
+            true => 0,
+            false => outcomes.iter().filter(|o| of(o) >= super::smallest::PROBABLE).count(),
+        };
+        let bits = if is_saturated { 0.0 } else { outcomes.iter().map(|o| o.bits).sum::<f64>() };
+        Self {
+            found: count(&|o| o.found),
+            alone: count(&|o| o.alone),
+            bits: bits / outcomes.len().max(1) as f64,
+            half_widths: planes.planes.iter().map(|p| p.region.semi_axes_g_mm[0]).collect(),
+        }
+    }
+
+    /// What these measurements are worth beyond others.
+    fn beyond(self, before: &Self, measurement: String) -> FurtherMeasurement {
+        let ratio = |(then, now): (&f64, &f64)| if *now > 0.0 && now.is_finite() { then / now } else { 1.0 };
+        let half_widths: Vec<f64> = self.half_widths.iter().zip(&before.half_widths).map(ratio).collect();
+        let by_planes: f64 = half_widths.iter().map(|r| -2.0 * r.max(f64::MIN_POSITIVE).log2()).sum();
+        FurtherMeasurement {
+            measurement,
+            gain_bits: self.bits - before.bits + by_planes,
+            found: [self.found, before.found],
+            alone: [self.alone, before.alone],
+            half_widths,
+        }
+    }
+}
+
+/// Numbers of an effect as a rotor's file states it.
+fn stated(
+    scales: &crate::effects::Scales,
+    rotor: &Rotor,
+    placed: PlacedEffect,
+    entry: &EffectEntry,
+) -> EffectState {
+    let unknowns = placed.effect.unknowns(rotor, placed.place);
+    let magnitude = unknowns.last().map_or(1.0, |u| match entry.parameters.get(u.name) {
+        Some(ParameterValue::Phasor([re, im])) => Complex::new(*re, *im).norm(),
+        Some(ParameterValue::Phasors(all)) => {
+            all.last().map_or(0.0, |[re, im]| Complex::new(*re, *im).norm())
+        }
+        _ => 0.0,
+    });
+    EffectState { placed, parameters: entry::real_parameters(placed.effect, entry, scales), magnitude }
+}
+
+/// Measurements that one could go on with: those of a diagnosis, and pairs of probes between bearings.
+fn measurements(planned: &PlannedModel) -> Vec<Measurement> {
+    let (base, rotor) = (&planned.base, planned.base.fitter.rotor);
+    let (pairs, mut all): (Vec<Measurement>, Vec<Measurement>) =
+        advice::measurements(base, rotor).into_iter().partition(|m| !m.extra.is_empty());
+    let length_m = rotor.length_m();
+    let apart = |z: f64, other: f64| (z - other).abs() > SAME_PLACE * length_m;
+    let mut places: Vec<f64> = pairs.iter().map(|m| m.extra[0].position_m).collect();
+    let mut bearings: Vec<f64> = rotor.bearing.iter().map(|b| b.position_m).collect();
+    bearings.sort_by(f64::total_cmp);
+    for share in BETWEEN_BEARINGS {
+        let between = bearings.windows(2).map(|ends| ends[0] + share * (ends[1] - ends[0]));
+        let fresh: Vec<f64> = between.filter(|z| places.iter().all(|other| apart(*z, *other))).collect();
+        places.extend(fresh);
+    }
+    places.retain(|z| rotor.probe.iter().all(|p| apart(*z, p.position_m)));
+    places.truncate(MOST_PAIRS);
+    all.extend(places.into_iter().map(|z| pair(rotor, z)));
+    all
+}
+
+/// A further pair of X/Y probes at a position, m.
+pub fn pair(rotor: &Rotor, position_m: f64) -> Measurement {
+    let at = rotor.disk.iter().find(|d| (d.position_m - position_m).abs() < 1e-9);
+    let beside = at.map_or_else(String::new, |disk| format!(" ({})", disk.name));
+    Measurement {
+        name: format!("a further X/Y pair of probes at {position_m:.3} m{beside}"),
+        speeds_rpm: Vec::new(),
+        extra: advice::pair_at(rotor, &format!("{position_m:.3} m"), position_m),
+        weight: None,
+    }
+}

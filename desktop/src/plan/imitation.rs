@@ -1,0 +1,163 @@
+//! What can be mistaken for something else: candidates and unknown causes, as directions of the readings.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::model::{PlannedModel, orthonormal};
+use super::strength::EffectState;
+use crate::decomposition::svd;
+use crate::error::Error;
+use crate::fit::hypothesis::PlacedEffect;
+use crate::fit::starts_for;
+
+/// Steps over the size of an unknown cause, and its range: the share of the readings' variance that it makes.
+const SIZES: usize = 24;
+const SIZE_RANGE: [f64; 2] = [1e-3, 1e4];
+/// Largest whitened length of a candidate's direction, relative to the same before the model follows it, that counts as followed.
+const FOLLOWED: f64 = 1e-6;
+
+/// An effect at a place that a diagnosis fits to the readings.
+pub struct Candidate {
+    pub placed: PlacedEffect,
+    /// Real unknowns.
+    pub unknowns: usize,
+    /// Whether there is nothing to fit and it concerns the whole machine, so that its prior is even odds.
+    pub is_switch: bool,
+    shape: Shape,
+}
+
+enum Shape {
+    /// Of parameters and phasors: orthonormal directions from each start of the search.
+    Spans(Vec<DMatrix<f64>>),
+    /// Without any: the one change that it makes.
+    Fixed(DVector<f64>),
+}
+
+impl Candidate {
+    /// `None` if its response cannot be computed.
+    pub fn of(planned: &PlannedModel, placed: PlacedEffect) -> Option<Self> {
+        let with = planned.with(placed);
+        let base = &planned.base;
+        let own = placed.effect.parameters(&with.scales).len();
+        let phasors = placed.effect.unknowns(with.rotor, placed.place).len();
+        let unknowns = own + 2 * phasors;
+        let is_switch = unknowns == 0 && placed.place == crate::effects::Place::Machine;
+        if unknowns == 0 {
+            let state = EffectState::of_strength(&with, placed, 1.0);
+            let change = planned.change(&with, &planned.forward(&with).ok()?, &state)?;
+            return Some(Self {
+                placed,
+                unknowns,
+                is_switch,
+                shape: Shape::Fixed(planned.signal(change).visible),
+            });
+        }
+        let (drawing, fit) = &base.search;
+        let none = EffectState::of_strength(&with, placed, 0.0).coordinates(&with);
+        let at: Vec<Vec<f64>> = if none.iter().all(|x| x.is_finite()) {
+            // small ones of any strength are alike
+            vec![fit.x.iter().copied().chain(none).collect()]
+        } else {
+            // those of the search, from where the bearings are
+            starts_for(&base.hypothesis, fit, placed).into_iter().step_by(2).collect()
+        };
+        let span = |x: &Vec<f64>| {
+            let tangent = base.fitter.tangent(&with, x, drawing, &fit.amplitudes).ok()?;
+            let (first, width) = (fit.x.len(), tangent.ncols());
+            // search coordinates of the model, of the effect, planes and phasors of the model, of the effect
+            let mine = (first..first + own).chain(width - 2 * phasors..width);
+            let mine = tangent.select_columns(&mine.collect::<Vec<_>>());
+            let before: Vec<f64> = mine.column_iter().map(|c| c.norm()).collect();
+            let mut left = planned.unfollowed(mine);
+            for (mut column, before) in left.column_iter_mut().zip(before) {
+                if column.norm() <= FOLLOWED * before {
+                    column.fill(0.0);
+                }
+            }
+            Some(orthonormal(left))
+        };
+        let spans: Vec<DMatrix<f64>> = at.iter().filter_map(span).collect();
+        (!spans.is_empty()).then_some(Self { placed, unknowns, is_switch, shape: Shape::Spans(spans) })
+    }
+
+    /// What it leaves of a visible signal at its best.
+    pub fn left(&self, visible: &DVector<f64>) -> DVector<f64> {
+        match &self.shape {
+            Shape::Fixed(own) => visible - own,
+            Shape::Spans(spans) => {
+                let all = spans.iter().map(|span| visible - span * span.tr_mul(visible));
+                all.min_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_else(|| visible.clone())
+            }
+        }
+    }
+
+    /// How many directions it has in common with another.
+    pub fn common(&self, other: &Self) -> f64 {
+        match (&self.shape, &other.shape) {
+            (Shape::Spans(a), Shape::Spans(b)) => {
+                let pairs = a.first().zip(b.first());
+                pairs.map_or(0.0, |(a, b)| a.tr_mul(b).norm_squared())
+            }
+            _ => 0.0,
+        }
+    }
+}
+
+/// Unknown causes as a diagnosis assumes them: a force or stiffness at some place that follows smooth functions of speed, a drawing
+/// that is off.
+pub struct UnknownCauses {
+    /// Orthonormal directions of each, and the size of each direction for a cause of unit size.
+    all: Vec<(DMatrix<f64>, DVector<f64>)>,
+}
+
+impl UnknownCauses {
+    pub fn none() -> Self {
+        Self { all: Vec::new() }
+    }
+
+    /// Beside the model of planned readings.
+    ///
+    /// # Errors
+    /// If the machine is singular.
+    pub fn of(planned: &PlannedModel) -> Result<Self, Error> {
+        let base = &planned.base;
+        let (drawing, fit) = &base.search;
+        let assumptions = base.fitter.unknown_causes();
+        let shown = base.fitter.shown(&base.hypothesis, fit, drawing, &assumptions)?;
+        let directions = |response: DMatrix<f64>| {
+            let found = svd(planned.visible(response))?;
+            Some((found.u?, found.singular_values))
+        };
+        Ok(Self { all: shown.into_iter().filter_map(|s| directions(s.response)).collect() })
+    }
+
+    /// Twice the average log evidence of an unknown cause over nothing but noise, where this is the signal.
+    pub fn evidence(&self, planned: &PlannedModel, visible: &DVector<f64>) -> f64 {
+        let fits: Vec<(f64, f64)> = self.all.iter().map(|(u, sizes)| best_size(u, sizes, visible)).collect();
+        let best = fits.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0));
+        let weights: f64 = fits.iter().map(|(gain, _)| (0.5 * (gain - best.0)).exp()).sum();
+        let averaged = 2.0 * (weights / fits.len().max(1) as f64).max(f64::MIN_POSITIVE).ln();
+        best.0 - planned.base.fitter.sizes.price_of_one(best.1) + averaged
+    }
+}
+
+/// Largest average gain of a cause with independent unknowns of one size, and how many of them the readings determine then.
+fn best_size(directions: &DMatrix<f64>, sizes: &DVector<f64>, visible: &DVector<f64>) -> (f64, f64) {
+    let seen = directions.tr_mul(visible);
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    if largest <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let [low, high] = SIZE_RANGE;
+    let at = |k: usize| {
+        let variance =
+            low * (high / low).powf(k as f64 / (SIZES - 1) as f64) * (1.0 + visible.norm_squared());
+        let (mut gain, mut determined) = (0.0, 0.0);
+        for (size, seen) in sizes.iter().zip(seen.iter()) {
+            let own = variance * (size / largest).powi(2);
+            gain += own / (1.0 + own) * (seen * seen + 1.0) - own.ln_1p();
+            determined += own / (1.0 + own);
+        }
+        (gain, determined)
+    };
+    (0..SIZES).map(at).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
+}

@@ -1,0 +1,94 @@
+//! What measurements could show before they are made: which effects would be found at which size, what they would be confused
+//! with, how well the unbalance would be known, and which further measurement helps most.
+//!
+//! Nothing is fitted to simulated data. Around the machine as its file states it, the readings are linear in what a fit can follow:
+//! bearings within their priors, planes, errors of the drawing within their tolerances. An effect changes the readings by its
+//! signal; the part of it that none of these follows is the visible signal, and its square in noise units the non-centrality of
+//! the gain in χ² by which a diagnosis judges (Wald 1943). The evidence of the effect, of its rivals, of an unknown cause and of
+//! nothing but noise follow as in `diagnose` (`crate::statistics::evidence`), and from their distribution the probability that the
+//! effect is claimed.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `campaign` | runs, speeds and unbalance; the readings that the machine as stated would give |
+//! | `model` | the machine in such readings: what a fit follows, what candidates and unknown causes can imitate |
+//! | `strength` | an effect from nothing to more than a machine has |
+//! | `power` | probability that an effect is found |
+//! | `smallest` | the smallest effect that is found |
+//! | `further` | which further measurement helps most |
+
+mod answer;
+mod campaign;
+mod further;
+mod imitation;
+mod model;
+mod power;
+mod smallest;
+mod strength;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+
+pub use answer::{EffectPlan, EffectSize, FurtherMeasurement, Imitation, Plan, SizedParameter};
+pub use campaign::{PlanRequest, UnbalanceSource, runs_of};
+
+use crate::diagnose::rank;
+use crate::error::Error;
+use crate::fit::Fitter;
+use crate::fit::data::Data;
+use crate::fit::progress::ProgressListener;
+use crate::machine::drawing::{Rotor, Tolerance};
+use campaign::Campaign;
+use further::Further;
+use model::PlannedModel;
+
+/// What measurements of a machine could show.
+///
+/// # Errors
+/// If the request contradicts the rotor, there is nothing to fit, or the machine is singular as stated.
+pub fn plan(rotor: &Rotor, request: &PlanRequest) -> Result<Plan, Error> {
+    plan_telling(rotor, request, &|_, _| ())
+}
+
+/// The same for somebody who waits: `told` hears how many steps are done, of how many that are planned so far.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_telling(rotor: &Rotor, request: &PlanRequest, told: ProgressListener) -> Result<Plan, Error> {
+    let campaign = Campaign::new(rotor, request)?;
+    let readings = campaign.readings()?;
+    let noise = campaign.noise;
+    let fitter = Fitter::new(&campaign.rotor, Data::new(&campaign.rotor, &noise, &readings)).telling(told);
+    crate::diagnose::checks::enough(&fitter)?;
+    let planned = PlannedModel::of(&fitter)?;
+    let saturated = rank::saturation(&planned.base);
+    let progress = &fitter.progress;
+    progress.plan(planned.candidates.len());
+    let look = |number: usize| {
+        let found = smallest::effect(&planned, number, request.probability, saturated.is_some());
+        progress.step();
+        found
+    };
+    let effects: Vec<EffectPlan> = (0..planned.candidates.len()).into_par_iter().map(look).collect();
+    let planes = planned.planes()?;
+    let next = Further::of(&campaign, &planned, &effects, &planes)?;
+    let mut remarks = Vec::new();
+    remarks.extend(campaign.remark());
+    remarks.extend(noise.assumption(&campaign.rotor));
+    remarks.extend(Tolerance::assumption(&campaign.rotor));
+    Ok(Plan {
+        readings: readings.len(),
+        runs: campaign.rotor.run.iter().filter(|run| !run.slow_roll).map(|run| run.name.clone()).collect(),
+        speeds_rpm: request.speeds_rpm.clone(),
+        probability: request.probability,
+        unbalance: campaign.stated(),
+        unbalance_source: campaign.source,
+        noise,
+        saturated,
+        effects,
+        planes,
+        next,
+        remarks,
+    })
+}
