@@ -24,8 +24,9 @@ const RUNG: f64 = 2.0;
 const RUNGS: usize = 12;
 /// Halvings between two sizes, in the logarithm: to five percent.
 const HALVINGS: usize = 4;
-/// Steps with the model fitted at most.
-const FINE_STEPS: usize = 14;
+/// Steps with the model fitted at most, and the first of them in the logarithm of the size at least.
+const FINE_STEPS: usize = 20;
+const LEAST_STEP: f64 = 0.02;
 /// Change of the normal deviate of the probability with the logarithm of the size, about that of a signal of five standard deviations.
 const SLOPE: f64 = 5.0;
 /// Deviate beyond the one asked for that is near enough, and difference of logarithms of sizes that is none.
@@ -219,6 +220,7 @@ impl Search<'_, '_, '_> {
         let beyond = |tried: &Tried| deviate((self.of)(&tried.outcome)) - deviate(self.probability);
         let (mut low, mut high): (Option<(f64, f64)>, Option<(f64, Tried)>) = (None, None);
         let mut strength = near;
+        let mut least_step = LEAST_STEP;
         for _ in 0..FINE_STEPS {
             let tried = self.path.at(strength)?;
             let (at, z) = (strength.ln(), beyond(&tried));
@@ -237,7 +239,12 @@ impl Search<'_, '_, '_> {
                     let share = (below / (below - above)).clamp(0.1, 0.9);
                     low + share * (top - low) + 0.1 * SAME
                 }
-                _ => at - (z / SLOPE).clamp(-std::f64::consts::LN_2, std::f64::consts::LN_2) + 0.1 * SAME,
+                // on a plateau, where a rival hides the effect over a range of sizes, ever longer
+                _ => {
+                    let stride = (z.abs() / SLOPE).clamp(least_step, std::f64::consts::LN_2);
+                    least_step = (2.0 * least_step).min(std::f64::consts::LN_2);
+                    at - stride * z.signum() + 0.1 * SAME
+                }
             };
             strength = next.exp();
             if !self.path.is_allowed(strength) {
