@@ -158,6 +158,7 @@ mod slow {
         let s = summary("quiet", quiet(), quiet().iter().map(|j| j.before.clone()));
         assert!((0.92..=0.99).contains(&s.coverage), "{}", s.coverage);
         assert!(s.least_coverage >= 0.6, "{}", s.least_coverage);
+        assert!(s.angle_coverage >= 0.9 && s.least_angle_coverage >= 0.6, "{s}");
         assert!(s.mean_z.abs() <= 0.3, "{}", s.mean_z);
     }
 
@@ -213,6 +214,13 @@ mod slow {
         let after = Summary::of(described().iter().filter_map(|j| j.after.clone()));
         println!("after, {after}");
         assert!(after.coverage >= 0.88 && after.least_coverage >= 0.6, "{after:?}");
+        assert!(before.angle_coverage >= 0.85 && after.angle_coverage >= 0.85, "{before} {after}");
+        assert!(before.least_angle_coverage >= 0.6 && after.least_angle_coverage >= 0.6, "{before} {after}");
+    }
+
+    #[test]
+    fn coefficients_that_wander_each_by_itself_are_tracked() {
+        holds("each by itself", &as_in_plants(|plan| Plan { apart: true, ..plan }));
     }
 
     #[test]

@@ -77,6 +77,9 @@ impl Gaussian {
 /// Innovation of a measurement `y = C x + noise`: `y − C mean` with its covariance.
 pub struct Innovation {
     slope: DMatrix<f64>,
+    /// `C P`, and the gain `S⁻¹ C P`.
+    seen: DMatrix<f64>,
+    gain: DMatrix<f64>,
     /// `S⁻¹ (y − C mean)` with S the innovation's covariance.
     weighed: DVector<f64>,
     factor: Cholesky<f64, Dyn>,
@@ -94,31 +97,30 @@ impl Innovation {
         left: &DVector<f64>,
         variance: &DVector<f64>,
     ) -> Option<Self> {
-        let mut spread = &slope * &prior.covariance * slope.transpose();
+        let seen = &slope * &prior.covariance;
+        let mut spread = &seen * slope.transpose();
         for (i, v) in variance.iter().enumerate() {
             spread[(i, i)] += v;
         }
         let factor = symmetric(spread).cholesky()?;
         let weighed = factor.solve(left);
         let log_det = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        Some(Self { slope, squared: left.dot(&weighed), weighed, factor, log_det })
+        let gain = factor.solve(&seen);
+        Some(Self { slope, seen, gain, squared: left.dot(&weighed), weighed, factor, log_det })
     }
 
     /// The state with this measurement.
     pub fn update(&self, prior: &Gaussian) -> Gaussian {
-        let seen = &self.slope * &prior.covariance;
-        let mean = &prior.mean + seen.tr_mul(&self.weighed);
-        let gain = self.factor.solve(&seen);
-        Gaussian { mean, covariance: symmetric(&prior.covariance - seen.tr_mul(&gain)) }
+        let mean = &prior.mean + self.seen.tr_mul(&self.weighed);
+        Gaussian { mean, covariance: symmetric(&prior.covariance - self.seen.tr_mul(&self.gain)) }
     }
 
     /// One step of the backward pass, from the state after this measurement to that before it.
-    fn before(&self, prior: &Gaussian, later: &BackwardPass) -> BackwardPass {
+    fn before(&self, later: &BackwardPass) -> BackwardPass {
         // with K the gain, r ← Cᵀ S⁻¹ e + (1 − K C)ᵀ r and N ← Cᵀ S⁻¹ C + (1 − K C)ᵀ N (1 − K C)
-        let gain = self.factor.solve(&(&self.slope * &prior.covariance)).transpose();
-        let score = &later.score + self.slope.tr_mul(&(&self.weighed - gain.tr_mul(&later.score)));
-        let half = &later.information - (&later.information * &gain) * &self.slope;
-        let rest = &half - self.slope.tr_mul(&gain.tr_mul(&half));
+        let score = &later.score + self.slope.tr_mul(&(&self.weighed - &self.gain * &later.score));
+        let half = &later.information - (&later.information * self.gain.transpose()) * &self.slope;
+        let rest = &half - self.slope.tr_mul(&(&self.gain * &half));
         let own = self.slope.tr_mul(&self.factor.solve(&self.slope));
         BackwardPass { score, information: symmetric(rest + own) }
     }
@@ -136,8 +138,8 @@ pub struct BackwardPass {
 /// The filter at one time.
 pub struct FilterStep {
     pub predicted: Gaussian,
-    /// The measurements, each with the state before it.
-    pub seen: Vec<(Gaussian, Innovation)>,
+    /// The measurements, in the order in which they were taken in.
+    pub seen: Vec<Innovation>,
     pub filtered: Gaussian,
 }
 
@@ -154,8 +156,8 @@ pub fn later(visits: &[FilterStep], steps: &[Transition]) -> Vec<BackwardPass> {
                 information: symmetric(step.back(&half)),
             };
         }
-        for (prior, innovation) in visit.seen.iter().rev() {
-            at = innovation.before(prior, &at);
+        for innovation in visit.seen.iter().rev() {
+            at = innovation.before(&at);
         }
         all.push(at.clone());
     }
@@ -203,7 +205,7 @@ mod tests {
             let innovation = Innovation::new(&at, one(1.0), &left, &DVector::from_element(1, r)).unwrap();
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
-            let seen = vec![(predicted.clone(), innovation)];
+            let seen = vec![innovation];
             visits.push(FilterStep { predicted, seen, filtered: at.clone() });
         }
         let steps = vec![step; n - 1];
@@ -251,11 +253,7 @@ mod tests {
             let left = DVector::from_element(1, y - at.mean[0]);
             let innovation = Innovation::new(&at, slope, &left, &DVector::from_element(1, 0.5)).unwrap();
             at = innovation.update(&at);
-            visits.push(FilterStep {
-                seen: vec![(predicted.clone(), innovation)],
-                predicted,
-                filtered: at.clone(),
-            });
+            visits.push(FilterStep { seen: vec![innovation], predicted, filtered: at.clone() });
         }
         let later = later(&visits, std::slice::from_ref(&step));
         let first = visits[0].predicted.smoothed(&later[0]);

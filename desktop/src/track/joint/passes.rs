@@ -123,9 +123,8 @@ impl JointProblem {
                 if out && n == 0 && epoch.own.is_some() {
                     impossible = true;
                 } else {
-                    let updated = innovation.update(&at);
-                    seen.push((at, innovation));
-                    at = updated;
+                    at = innovation.update(&at);
+                    seen.push(innovation);
                 }
             }
             pass.impossible.push(impossible);
@@ -187,9 +186,8 @@ impl JointProblem {
                     let slope = slope.columns(at, all).into_owned();
                     let left = left - &slope * (&now.mean - point.rows(at, all));
                     let innovation = Innovation::new(&now, slope, &left, &variance)?;
-                    let updated = innovation.update(&now);
-                    seen.push((now, innovation));
-                    now = updated;
+                    now = innovation.update(&now);
+                    seen.push(innovation);
                 }
                 visits.push(FilterStep { predicted, seen, filtered: now.clone() });
             }

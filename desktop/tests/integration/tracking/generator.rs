@@ -107,6 +107,8 @@ pub struct Plan {
     pub days: usize,
     /// Standard deviation of each bearing's wander, as a logarithm.
     pub wander: [f64; 2],
+    /// Every coefficient wanders by itself, and not along one load and temperature.
+    pub apart: bool,
     /// Growth of the unbalance's logarithm from the first day to the last is drawn up to this.
     pub growth: f64,
     pub course: Course,
@@ -127,6 +129,7 @@ impl Plan {
             seed,
             days: 460,
             wander: [0.11, 0.085],
+            apart: false,
             growth: 0.6,
             course: Course::Grows,
             event: None,
@@ -153,8 +156,9 @@ pub struct Record {
 struct Bearing {
     stiffness: [f64; 2],
     damping: [f64; 2],
-    wander: Vec<f64>,
-    /// Change of each logarithm (k_xx k_yy c_xx c_yy) per unit of the wander.
+    /// Of each coefficient (k_xx k_yy c_xx c_yy): all the same, unless they wander apart.
+    wander: [Vec<f64>; 4],
+    /// Change of each logarithm per unit of its wander.
     along: [f64; 4],
 }
 
@@ -265,7 +269,12 @@ impl Plan {
             -random.between(0.7, 1.5),
             -random.between(0.7, 1.5),
         ];
-        Bearing { stiffness, damping, wander: random.wander(moments, self.wander[index]), along }
+        let common = random.wander(moments, self.wander[index]);
+        let own = |k| match self.apart && k > 0 {
+            true => random.wander(moments, self.wander[index]),
+            false => common.clone(),
+        };
+        Bearing { stiffness, damping, wander: [0, 1, 2, 3].map(own), along }
     }
 
     fn plane(&self, random: &mut Random) -> Vec<C> {
@@ -285,7 +294,7 @@ impl Plan {
         let mut rotor = rotor.clone();
         for (i, b) in bearings.iter().enumerate() {
             let law = rotor.bearing[i].constants_mut().unwrap();
-            let [kx, ky, cx, cy] = b.along.map(|per| (per * b.wander[k]).exp());
+            let [kx, ky, cx, cy] = std::array::from_fn(|i| (b.along[i] * b.wander[i][k]).exp());
             (law.stiffness_n_m.xx, law.stiffness_n_m.yy) = (b.stiffness[0] * kx, b.stiffness[1] * ky);
             (law.damping_n_s_m.xx, law.damping_n_s_m.yy) = (b.damping[0] * cx, b.damping[1] * cy);
         }

@@ -1,5 +1,6 @@
 //! What an estimate is worth against the truth.
 
+use nalgebra::Complex;
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::forecast::backtest::{ForecastBasis, backtest};
 use rotor_edge_desktop::forecast::scores::Score as ForecastScore;
@@ -23,6 +24,8 @@ pub struct Score {
     pub days: usize,
     /// Share of 95 % intervals of a plane's size that hold the truth.
     pub coverage: f64,
+    /// The same of its angle.
+    pub angle_coverage: f64,
     /// Error of the logarithm of each plane's size in its own standard deviations, averaged over the days.
     pub z: Vec<f64>,
     /// Vector error of the planes (rms), g·mm where they are 627 g·mm.
@@ -35,6 +38,8 @@ pub struct Summary {
     pub records: usize,
     pub coverage: f64,
     pub least_coverage: f64,
+    pub angle_coverage: f64,
+    pub least_angle_coverage: f64,
     /// Mean over records and planes, and root mean square.
     pub mean_z: f64,
     pub rms_z: f64,
@@ -49,6 +54,8 @@ impl Summary {
             records: all.len(),
             coverage: mean(&|s| s.coverage),
             least_coverage: all.iter().map(|s| s.coverage).fold(1.0, f64::min),
+            angle_coverage: mean(&|s| s.angle_coverage),
+            least_angle_coverage: all.iter().map(|s| s.angle_coverage).fold(1.0, f64::min),
             mean_z: mean(&|s| s.z.iter().sum::<f64>() / s.z.len() as f64),
             rms_z: mean(&|s| s.z.iter().map(|z| z * z).sum::<f64>() / s.z.len() as f64).sqrt(),
             rms_g_mm: mean(&|s| s.rms_g_mm.powi(2)).sqrt(),
@@ -60,10 +67,12 @@ impl std::fmt::Display for Summary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "{} records: {:.1} % of days, least {:.1} %, z {:.2} (rms {:.2}), {:.1} g·mm",
+            "{} records: size {:.1} % of days, least {:.1} %, angle {:.1} %, least {:.1} %, z {:.2} (rms {:.2}), {:.1} g·mm",
             self.records,
             100.0 * self.coverage,
             100.0 * self.least_coverage,
+            100.0 * self.angle_coverage,
+            100.0 * self.least_angle_coverage,
             self.mean_z,
             self.rms_z,
             self.rms_g_mm
@@ -155,7 +164,8 @@ impl Judged {
     pub fn line(&self) -> String {
         let part = |s: &Score| {
             let z: Vec<String> = s.z.iter().map(|z| format!("{z:>5.2}")).collect();
-            format!("{:>5.1} %, z {}, {:>5.1} g·mm", 100.0 * s.coverage, z.join(" "), s.rms_g_mm)
+            let [size, angle] = [s.coverage, s.angle_coverage].map(|share| 100.0 * share);
+            format!("{size:>5.1} {angle:>5.1} %, z {}, {:>5.1} g·mm", z.join(" "), s.rms_g_mm)
         };
         let event = |e: &Event| {
             let Interval { low, high } = e.interval_d;
@@ -175,13 +185,16 @@ impl Judged {
 fn score(record: &Record, estimates: &[ReadingEstimate], days: impl Fn(f64) -> bool) -> Score {
     let planes = record.rotor.plane.len();
     let mut score = Score { z: vec![0.0; planes], ..Score::default() };
-    let (mut held, mut squares, mut sizes) = (0.0, 0.0, 0.0);
+    let (mut held, mut angles_held, mut squares, mut sizes) = (0.0, 0.0, 0.0, 0.0);
     for e in estimates.iter().filter(|e| days(e.time_d)) {
         let spread = e.spread.as_ref().unwrap();
         score.days += 1;
         for (j, truth) in record.unbalance_kg_m[e.row].iter().enumerate() {
             let interval = spread.magnitude_kg_m[j];
             held += f64::from(u8::from(interval.low <= truth.norm() && truth.norm() <= interval.high));
+            let Interval { low, high } = spread.angle_rad[j];
+            let off = (truth * Complex::from_polar(1.0, -0.5 * (low + high))).arg().abs();
+            angles_held += f64::from(u8::from(off <= 0.5 * (high - low)));
             let size = e.unbalance_kg_m[j].norm();
             let sd = (interval.high.ln() - interval.low.max(1e-3 * size).ln()) / (2.0 * HALF);
             score.z[j] += (size / truth.norm()).ln() / sd;
@@ -190,7 +203,7 @@ fn score(record: &Record, estimates: &[ReadingEstimate], days: impl Fn(f64) -> b
         }
     }
     let (days, all) = (score.days as f64, (planes * score.days) as f64);
-    score.coverage = held / all;
+    (score.coverage, score.angle_coverage) = (held / all, angles_held / all);
     score.z.iter_mut().for_each(|z| *z /= days);
     score.rms_g_mm = (squares / all).sqrt() / (sizes / all) * SAMPLE_G_MM;
     score
