@@ -201,12 +201,12 @@ impl Campaign {
             UnbalanceSource::File => {
                 return Some("The unbalance is that of the planes of the rotor's file.".into());
             }
-            UnbalanceSource::Grade(grade) => (grade, "of the rotor's file"),
-            UnbalanceSource::UsualGrade(grade) => (grade, "that is usual, as the rotor's file states none"),
+            UnbalanceSource::Grade(grade) => (grade, "which the rotor's file states"),
+            UnbalanceSource::UsualGrade(grade) => (grade, "which is usual where a file states none"),
         };
         let total: f64 = self.unbalance_kg_m.iter().map(|u| u.norm() * G_MM).sum();
         Some(format!(
-            "The unbalance is what the balance grade G {grade} {whose} permits, {total:.0} g·mm in all; --unbalance states another."
+            "The unbalance is assumed: {total:.0} g·mm in all, what balance grade G {grade} permits, {whose}; --unbalance states another."
         ))
     }
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::answer::{EffectPlan, FurtherMeasurement};
 use super::campaign::Campaign;
-use super::model::PlannedModel;
+use super::planned::PlannedModel;
 use super::power::outcome;
 use super::strength::EffectState;
 use crate::diagnose::advice::{self, Measurement};

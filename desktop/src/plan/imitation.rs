@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::model::{PlannedModel, orthonormal};
+use super::model::{PlannedReadings, orthonormal};
 use super::strength::EffectState;
 use crate::decomposition::svd;
 use crate::error::Error;
@@ -34,7 +34,7 @@ enum Shape {
 
 impl Candidate {
     /// `None` if its response cannot be computed.
-    pub fn of(planned: &PlannedModel, placed: PlacedEffect) -> Option<Self> {
+    pub fn of(planned: &PlannedReadings, placed: PlacedEffect) -> Option<Self> {
         let with = planned.with(placed);
         let base = &planned.base;
         let own = placed.effect.parameters(&with.scales).len();
@@ -110,15 +110,11 @@ pub struct UnknownCauses {
 }
 
 impl UnknownCauses {
-    pub fn none() -> Self {
-        Self { all: Vec::new() }
-    }
-
     /// Beside the model of planned readings.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn of(planned: &PlannedModel) -> Result<Self, Error> {
+    pub fn of(planned: &PlannedReadings) -> Result<Self, Error> {
         let base = &planned.base;
         let (drawing, fit) = &base.search;
         let assumptions = base.fitter.unknown_causes();
@@ -131,7 +127,7 @@ impl UnknownCauses {
     }
 
     /// Twice the average log evidence of an unknown cause over nothing but noise, where this is the signal.
-    pub fn evidence(&self, planned: &PlannedModel, visible: &DVector<f64>) -> f64 {
+    pub fn evidence(&self, planned: &PlannedReadings, visible: &DVector<f64>) -> f64 {
         let fits: Vec<(f64, f64)> = self.all.iter().map(|(u, sizes)| best_size(u, sizes, visible)).collect();
         let best = fits.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0));
         let weights: f64 = fits.iter().map(|(gain, _)| (0.5 * (gain - best.0)).exp()).sum();

@@ -22,6 +22,7 @@ mod campaign;
 mod further;
 mod imitation;
 mod model;
+mod planned;
 mod power;
 mod smallest;
 mod strength;
@@ -41,7 +42,7 @@ use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Rotor, Tolerance};
 use campaign::Campaign;
 use further::Further;
-use model::PlannedModel;
+use planned::PlannedModel;
 
 /// What measurements of a machine could show.
 ///

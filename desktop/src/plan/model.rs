@@ -1,9 +1,7 @@
 //! The machine in the planned readings: what a fit follows of a change, and what candidates make of the rest.
 
 use nalgebra::{Complex, DMatrix, DVector};
-use rayon::prelude::*;
 
-use super::imitation::{Candidate, UnknownCauses};
 use super::strength::EffectState;
 use crate::decomposition::svd;
 use crate::diagnose::PlaneUnbalances;
@@ -11,7 +9,7 @@ use crate::diagnose::base::BaseModel;
 use crate::error::Error;
 use crate::fit::forward::{ExpectedCost, ForwardModel};
 use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
-use crate::fit::{Effort, Fitter, starts_for};
+use crate::fit::{Effort, starts_for};
 
 type C = Complex<f64>;
 
@@ -19,11 +17,8 @@ type C = Complex<f64>;
 const LEAST_DIRECTION: f64 = 1e-7;
 
 /// A machine in readings that it would give itself.
-pub struct PlannedModel<'a> {
+pub struct PlannedReadings<'a> {
     pub base: BaseModel<'a>,
-    /// Every effect at every place that a diagnosis of such readings looks at.
-    pub candidates: Vec<Candidate>,
-    pub unknown: UnknownCauses,
     cost: ExpectedCost,
     /// Cost where nothing is missed.
     least_cost: f64,
@@ -46,22 +41,12 @@ pub struct Signal {
     pub change: f64,
 }
 
-impl<'a> PlannedModel<'a> {
-    /// Of readings that are the machine's own as its file states it.
+impl<'a> PlannedReadings<'a> {
+    /// Of the base model of readings that are the machine's own as its file states it.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn of(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
-        let base = BaseModel::as_stated(fitter)?;
-        let possible = base.possible();
-        Self::looking_for(base, &possible)
-    }
-
-    /// The same where a diagnosis looks for these effects.
-    ///
-    /// # Errors
-    /// If the machine is singular.
-    pub fn looking_for(base: BaseModel<'a>, possible: &[PlacedEffect]) -> Result<Self, Error> {
+    pub fn of(base: BaseModel<'a>) -> Result<Self, Error> {
         let fitter = base.fitter;
         let (drawing, fit) = &base.search;
         let own = fitter.tangent(&base.hypothesis, &fit.x, drawing, &fit.amplitudes)?;
@@ -81,21 +66,14 @@ impl<'a> PlannedModel<'a> {
         let stated =
             forward.at(&fit.x, &fit.unknowns).ok_or(Error::SingularMachine { tried: "as stated" })?;
         drop(forward);
-        let mut planned = Self {
+        Ok(Self {
             stated,
-            candidates: Vec::new(),
-            unknown: UnknownCauses::none(),
             least_cost: cost.of(&DVector::zeros(rows)),
             cost,
             followed: orthonormal(followed),
             readings: DVector::from_iterator(rows, readings),
             base,
-        };
-        planned.unknown = UnknownCauses::of(&planned)?;
-        let all: Vec<Option<Candidate>> =
-            possible.par_iter().map(|placed| Candidate::of(&planned, *placed)).collect();
-        planned.candidates = all.into_iter().flatten().collect();
-        Ok(planned)
+        })
     }
 
     /// The model with an effect.

@@ -10,7 +10,8 @@
 use statrs::function::erf::{erfc, erfc_inv};
 
 use super::imitation::Candidate;
-use super::model::{PlannedModel, Signal};
+use super::model::Signal;
+use super::planned::PlannedModel;
 use crate::diagnose::rank::{OUTSIDE, SHOWN};
 use crate::diagnose::{RIVAL, SURE};
 use crate::statistics::evidence::Sizes;

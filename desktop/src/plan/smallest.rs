@@ -3,7 +3,8 @@
 use nalgebra::DVector;
 
 use super::answer::{EffectPlan, EffectSize, Imitation};
-use super::model::{PlannedModel, Signal};
+use super::model::Signal;
+use super::planned::PlannedModel;
 use super::power::{FittedRival, Outcome, deviate, outcome};
 use super::strength::EffectState;
 use crate::diagnose::rank::NONE_OF_THESE;

@@ -131,7 +131,7 @@ fn plane_rows(answer: &PlanAnswer) -> Vec<[String; 4]> {
             p.name.clone(),
             three_digits(p.unbalance_g_mm),
             p.accuracy.map_or("unknown".into(), three_digits),
-            format!("{:.0}", p.angle_95_deg),
+            three_digits(p.angle_95_deg),
         ]
     };
     answer.planes.iter().map(row).collect()
