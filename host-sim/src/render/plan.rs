@@ -155,7 +155,10 @@ pub fn story(answer: &PlanAnswer, next: (String, Option<String>)) -> Story {
         _ => format!("Not found at any size: {}.", unseen.join(", ")),
     };
     let helps = match answer.next.first().filter(|m| m.gain >= WORTH_MAKING) {
-        Some(m) => format!("{}: {:.1} bits, {:+} effects found.", m.measurement, m.gain, m.found_more),
+        Some(m) if m.found_more > 0 => {
+            format!("{}: {:.1} bits, {} effects more are found.", m.measurement, m.gain, m.found_more)
+        }
+        Some(m) => format!("{}: {:.1} bits.", m.measurement, m.gain),
         None => "No further measurement that was tried helps.".into(),
     };
     Story {
