@@ -219,7 +219,8 @@ impl Search<'_, '_, '_> {
     /// of the strength.
     fn precisely(&self, near: f64) -> Option<Tried> {
         let beyond = |tried: &Tried| deviate((self.of)(&tried.outcome)) - deviate(self.probability);
-        let (mut low, mut high): (Option<(f64, f64)>, Option<(f64, Tried)>) = (None, None);
+        let mut low: Option<(f64, f64)> = None;
+        let mut high: Option<(f64, Tried)> = None;
         let mut strength = near;
         let mut least_step = LEAST_STEP;
         for _ in 0..FINE_STEPS {
