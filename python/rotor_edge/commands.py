@@ -78,9 +78,11 @@ def plan(
     speeds: from and to, rpm, and the number of readings of every run. runs: a table of trial weights (run, plane,
     magnitude_g_mm, angle_deg) instead of the rotor's runs. unbalance: g·mm in every plane, or (g·mm, degrees) by plane."""
     low, high, count = speeds
-    words = unbalance
+    words: float | str | None
     if isinstance(unbalance, Mapping):
         words = ",".join(f"{name}={size}@{angle}" for name, (size, angle) in unbalance.items())
+    else:
+        words = unbalance
     return _answer(Plan, "plan", rotor, speeds=f"{low}..{high}:{count}", runs=runs, unbalance=words)
 
 
@@ -209,7 +211,7 @@ def track(
     to the level, of the features) and when that is a flag (readings in a row). growth: largest of a plane relative to the day
     before. progress: called with the steps that are done and about how many there are:
     readings, of joint rounds of learning; fixed tells none."""
-    options = {
+    options: dict[str, Any] = {
         "runup": runup,
         "later_runup": list(later_runup),
         "method": method,

@@ -4,7 +4,7 @@ import cmath
 import json
 import math
 import os
-from typing import Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 from .answers import Simulation
 from .desk import desk
@@ -38,7 +38,7 @@ def simulate(
     else by the balance grade. noise: standard deviation of each component, a part of the amplitude and µm 0-pk. seed: of the noise and of
     angles. drawing_error: seed of a machine that differs from its drawing. hide: seed of an effect that the answer does not tell; truth:
     a file that does. write_rotor: where to write the rotor with the runs of weights. output: where to write the readings as well."""
-    options = {
+    options: dict[str, Any] = {
         "speeds": None if speeds_rpm is None else ",".join(map(repr, map(float, speeds_rpm))),
         "weight": [f"{run}:{_placed(plane, u)}" for run, planes in (weights or {}).items() for plane, u in planes.items()],
         "unbalance": [_placed(plane, u) for plane, u in (unbalance_g_mm or {}).items()],
