@@ -14,6 +14,8 @@ use crate::units::rad_s;
 
 type C = Complex<f64>;
 
+/// Grade of a machine whose file states none, mm/s: that of pumps, fans and general machinery.
+pub const USUAL_GRADE_MM_S: f64 = 6.3;
 /// Smallest and largest part of the permissible unbalance at one bearing.
 const SHARES: [f64; 2] = [0.3, 0.7];
 

@@ -4,8 +4,8 @@ use nalgebra::{Complex, DVector};
 
 use crate::diagnose::advice::Measurement;
 use crate::error::Error;
-use crate::grade::{Rigid, permissible_g_mm};
-use crate::machine::drawing::{AddedUnbalance, Noise, Plane, Rotor, Run};
+use crate::grade::{Rigid, USUAL_GRADE_MM_S, permissible_g_mm};
+use crate::machine::drawing::{AddedUnbalance, Noise, Plane, Probe, Rotor, Run};
 use crate::measurement::Reading;
 use crate::reduction::basis;
 use crate::reduction::sizes::SIMULATED;
@@ -14,8 +14,6 @@ use crate::units::rad_s;
 
 type C = Complex<f64>;
 
-/// Grade that a machine without a stated one is taken with, mm/s: that of pumps, fans and general machinery.
-const USUAL_GRADE_MM_S: f64 = 6.3;
 /// Angle from one plane's unbalance to the next: neither a pure static unbalance nor a pure couple.
 const BETWEEN_PLANES_DEG: f64 = 120.0;
 /// Name of the run without weights that is added beside runs with weights.
@@ -64,6 +62,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
+    /// Every speed in every run of the rotor, slow rolls left out.
     ///
     /// # Errors
     /// If the speeds are none, the planes are none, or the machine is singular.
@@ -150,12 +149,7 @@ impl Campaign {
         let mut more = self.clone();
         if !m.extra.is_empty() {
             // they belong to no bearing, so that they change no pair of the machine's own
-            more.rotor.probe.extend(
-                m.extra
-                    .iter()
-                    .cloned()
-                    .map(|p| crate::machine::drawing::Probe { bearing: String::new(), ..p }),
-            );
+            more.rotor.probe.extend(m.extra.iter().cloned().map(|p| Probe { bearing: String::new(), ..p }));
             return more;
         }
         let base = self.readings.first().and_then(|(run, _)| *run);

@@ -1,9 +1,9 @@
 //! Which further measurement helps most.
 //!
-//! Each is added to the planned ones and the answer worked out anew for effects of the sizes that matter. Its gain is the expected
-//! information, in bits: on which effect is missing, the lower bound on the mutual information of Kolchinsky and Tracey (Entropy 2017,
-//! 19, 361) with the Bhattacharyya distance of each pair of effects; on the unbalance of each plane, the logarithm of the factor
-//! by which the area of its 95 % region shrinks.
+//! Each measurement is added to the planned ones, and the answer is worked out anew for effects of the sizes that matter. Its gain is the
+//! expected information in bits. On which effect is missing, the gain is the lower bound on the mutual information of Kolchinsky and Tracey
+//! (Entropy 2017, 19, 361), with the Bhattacharyya distance of each pair of effects. On the unbalance of a plane, the gain is the logarithm
+//! of the factor by which the area of its 95 % region shrinks.
 
 use nalgebra::Complex;
 use rayon::prelude::*;

@@ -1,12 +1,12 @@
 //! What measurements could show before they are made: which effects would be found at which size, what they would be confused
 //! with, how well the unbalance would be known, and which further measurement helps most.
 //!
-//! Nothing is fitted to simulated data. Around the machine as its file states it, the readings are linear in what a fit can follow:
-//! bearings within their priors, planes, errors of the drawing within their tolerances. An effect changes the readings by its
-//! signal; the part of it that none of these follows is the visible signal, and its square in noise units the non-centrality of
-//! the gain in χ² by which a diagnosis judges (Wald 1943). The evidence of the effect, of its rivals, of an unknown cause and of
-//! nothing but noise follow as in `diagnose` (`crate::statistics::evidence`), and from their distribution the probability that the
-//! effect is claimed.
+//! Around the machine as its file states it, the readings are taken as linear in what a fit can follow: bearings within their priors,
+//! planes, errors of the drawing within their tolerances. An effect changes the readings by its signal. The visible signal is the part
+//! that none of these follows. Its square in noise units is the non-centrality of the gain in χ² by which a diagnosis judges (Wald 1943).
+//! The diagnosis weighs the effect against its rivals, an unknown cause and noise alone by their evidence (`crate::statistics::evidence`);
+//! the distribution of that evidence gives the probability that the effect is claimed. Large effects move the bearings far: near the
+//! smallest size the model and the strongest rivals are fitted to the changed readings, without noise.
 //!
 //! | module | holds |
 //! |---|---|

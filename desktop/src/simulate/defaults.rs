@@ -7,7 +7,7 @@ use crate::bearing::Law;
 use crate::check::default_range_rpm;
 use crate::check::system::System;
 use crate::error::Error;
-use crate::grade::Rigid;
+use crate::grade::{Rigid, USUAL_GRADE_MM_S};
 use crate::machine::drawing::{Plane, Rotor};
 use crate::unbalance::phasor_kg_m;
 use crate::units::rpm;
@@ -17,8 +17,6 @@ type C = Complex<f64>;
 /// Speeds of a run, evenly from this share of the fastest.
 pub const SPEEDS: usize = 40;
 const SLOWEST: f64 = 0.1;
-/// Balance grade of a machine that states none, mm/s: that of most machinery.
-const USUAL_GRADE_MM_S: f64 = 6.3;
 /// Speeds are rounded to this, rpm.
 const ROUND_RPM: f64 = 0.1;
 /// How far inside the range of its films a machine is run, relative.

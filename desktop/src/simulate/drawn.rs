@@ -13,6 +13,7 @@ use crate::rotor_file::assign_loads;
 const DRAWING_STREAM: u64 = 0x6472_6177;
 /// Largest error of a number in standard deviations.
 const LARGEST_SD: f64 = 2.0;
+
 /// A number of the drawing that the machine does not keep to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrawingChange {

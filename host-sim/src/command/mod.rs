@@ -28,6 +28,7 @@ mod key;
 mod listener;
 mod manual;
 mod node;
+mod notation;
 mod offline;
 mod output;
 mod plan;

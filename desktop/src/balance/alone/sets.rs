@@ -1,7 +1,7 @@
 //! Trial weights in fixed proportions over several planes: a static pair, a couple pair, or the sets of modal balancing.
 //!
-//! The weights of a set are turned and scaled together, so a set needs one run beside the base. Where each set has a speed of its own, as in modal
-//! balancing, what a set does at the speeds of the others is not measured and taken as nothing.
+//! The weights of a set are turned and scaled together, so a set needs one run beside the base run. In modal balancing each set has a
+//! speed of its own; its response at the speeds of the other sets is not measured and counts as zero.
 
 use nalgebra::{Complex, DMatrix, DVector};
 

@@ -6,9 +6,9 @@ use anyhow::{Result, bail};
 use nalgebra::Complex;
 use rotor_edge_desktop::machine::drawing::{Rotor, Run};
 use rotor_edge_desktop::plan::runs_of;
-use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
+use rotor_edge_desktop::unbalance::phasor_kg_m;
 
-use crate::ingest;
+use crate::command::notation::{TrialWeight, sized, weights_of_table};
 
 /// Readings of a run at most: more than that say nothing new and take minutes.
 const MOST: usize = 2000;
@@ -57,15 +57,12 @@ pub fn unbalance(text: &str) -> Result<(Option<String>, f64, f64), String> {
         Some((plane, size)) => (Some(plane.trim().to_string()), size.trim()),
         None => (None, text.trim()),
     };
-    let (magnitude, angle) = size.split_once('@').unwrap_or((size, "0"));
-    match (magnitude.parse::<f64>(), angle.parse::<f64>()) {
-        (Ok(magnitude), Ok(angle)) if magnitude >= 0.0 && magnitude.is_finite() && angle.is_finite() => {
-            Ok((plane, magnitude, angle))
-        }
-        _ => Err(format!(
+    let found = sized(size).filter(|(magnitude, _)| *magnitude >= 0.0);
+    found.map(|(magnitude, angle)| (plane, magnitude, angle)).ok_or_else(|| {
+        format!(
             "\"{text}\" is no unbalance in g·mm with an angle in degrees; expected for example 300, 300@45 or A=300@45"
-        )),
-    }
+        )
+    })
 }
 
 /// The unbalance of each plane, kg·m; `None` where none is stated.
@@ -76,7 +73,6 @@ pub fn by_plane(stated: &[(Option<String>, f64, f64)], rotor: &Rotor) -> Result<
     if stated.is_empty() {
         return Ok(None);
     }
-    let names = || rotor.plane.iter().map(|p| format!("\"{}\"", p.name)).collect::<Vec<_>>().join(", ");
     let mut all: Vec<Option<Complex<f64>>> = vec![None; rotor.plane.len()];
     for (plane, magnitude_g_mm, angle_deg) in stated {
         let value = Some(phasor_kg_m(*magnitude_g_mm, *angle_deg));
@@ -84,7 +80,9 @@ pub fn by_plane(stated: &[(Option<String>, f64, f64)], rotor: &Rotor) -> Result<
             None => all.fill(value),
             Some(name) => match rotor.plane.iter().position(|p| p.name == *name) {
                 Some(k) => all[k] = value,
-                None => bail!("--unbalance: there is no plane \"{name}\", expected one of {}", names()),
+                None => {
+                    bail!("--unbalance: there is no plane \"{name}\", expected one of {}", plane_names(rotor))
+                }
             },
         }
     }
@@ -103,25 +101,23 @@ pub fn by_plane(stated: &[(Option<String>, f64, f64)], rotor: &Rotor) -> Result<
 /// # Errors
 /// If the file cannot be read, names a plane that the rotor has not, or states masses.
 pub fn runs(path: &Path, rotor: &Rotor) -> Result<Vec<Run>> {
-    let weights = ingest::weights::read(path, false)?;
-    let file = path.display();
-    if weights.unit.g_mm.is_none() {
-        bail!("{file}: header: weights are masses without a radius, expected magnitude_g_mm");
-    }
-    let placed = weights.rows.iter().map(|(run, plane, weight)| {
-        let name = &weights.planes[*plane];
-        match rotor.plane.iter().find(|p| p.name == *name) {
-            Some(plane) => Ok((run.clone(), plane.position_m, weight / G_MM)),
-            None => {
-                let names: Vec<String> = rotor.plane.iter().map(|p| format!("\"{}\"", p.name)).collect();
-                bail!(
-                    "{file}: run \"{run}\": there is no plane \"{name}\", expected one of {}",
-                    names.join(", ")
-                )
-            }
+    let placed = weights_of_table(path)?.into_iter().map(|weight| {
+        let TrialWeight { run, plane: name, unbalance } = weight;
+        match rotor.plane.iter().find(|p| p.name == name) {
+            Some(plane) => Ok((run, plane.position_m, unbalance)),
+            None => bail!(
+                "{}: run \"{run}\": there is no plane \"{name}\", expected one of {}",
+                path.display(),
+                plane_names(rotor)
+            ),
         }
     });
     Ok(runs_of(&placed.collect::<Result<Vec<_>>>()?))
+}
+
+/// Names of the planes in quotation marks.
+fn plane_names(rotor: &Rotor) -> String {
+    rotor.plane.iter().map(|p| format!("\"{}\"", p.name)).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches};
 use rotor_edge_desktop::machine::drawing::ParameterValue;
 use rotor_edge_desktop::simulate::StatedEffect;
 
-use super::notation::setting;
+use crate::command::notation::setting;
 
 const WITH: &str = "with";
 const SET: &str = "set";

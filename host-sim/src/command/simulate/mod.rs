@@ -1,7 +1,6 @@
 //! `simulate`: what the probes of a machine would show.
 
 mod effects;
-mod notation;
 mod report;
 mod runs;
 
@@ -16,6 +15,7 @@ use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::simulate::{Simulation, SimulationRequest, simulate};
 
 use super::listener::Listener;
+use super::notation::{self, Speeds, TrialWeight};
 use super::output::{self, Json};
 use super::shell;
 use crate::answers;
@@ -23,7 +23,6 @@ use crate::answers::simulate::{SimulationAnswer, TruthAnswer};
 use crate::render;
 use crate::terminal;
 use effects::Effects;
-use notation::{Speeds, TrialWeight};
 
 /// What the command line asks of the command.
 #[derive(Debug, Args)]

@@ -5,10 +5,9 @@ use std::path::Path;
 use anyhow::{Context as _, Result, bail};
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::machine::drawing::{AddedUnbalance, Rotor, Run};
-use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
+use rotor_edge_desktop::unbalance::g_mm_deg;
 
-use super::notation::TrialWeight;
-use crate::ingest::weights;
+use crate::command::notation::{TrialWeight, weights_of_table};
 
 /// The run without weights, where the rotor's file lists none.
 const BASE: &str = "as found";
@@ -18,7 +17,7 @@ pub fn with_runs(rotor: &Rotor, stated: &[TrialWeight], table: Option<&Path>) ->
     let mut runs: Vec<Run> = Vec::new();
     if let Some(path) = table {
         let file = path.display().to_string();
-        for weight in of_table(path)? {
+        for weight in weights_of_table(path)? {
             add(rotor, &mut runs, &weight).with_context(|| file.clone())?;
         }
     }
@@ -32,19 +31,6 @@ pub fn with_runs(rotor: &Rotor, stated: &[TrialWeight], table: Option<&Path>) ->
     }
     with.run.append(&mut runs);
     Ok(with)
-}
-
-fn of_table(path: &Path) -> Result<Vec<TrialWeight>> {
-    let table = weights::read(path, false)?;
-    if table.unit.is_mass() {
-        bail!("{}: states masses, expected unbalances as magnitude_g_mm", path.display());
-    }
-    let weight = |(run, plane, g_mm): &(String, usize, nalgebra::Complex<f64>)| TrialWeight {
-        run: run.clone(),
-        plane: table.planes[*plane].clone(),
-        unbalance: g_mm / G_MM,
-    };
-    Ok(table.rows.iter().map(weight).collect())
 }
 
 /// Puts a weight into its run; one of size zero only names the run.

@@ -1,8 +1,13 @@
-//! How the command line states speeds, unbalances, weights, noise and parameters.
+//! How commands that need no data are told speeds, unbalances, trial weights, noise and parameters.
 
+use std::path::Path;
+
+use anyhow::{Result as Answer, bail};
 use nalgebra::Complex;
 use rotor_edge_desktop::machine::drawing::{Noise, ParameterValue};
-use rotor_edge_desktop::unbalance::phasor_kg_m;
+use rotor_edge_desktop::unbalance::{G_MM, phasor_kg_m};
+
+use crate::ingest::weights;
 
 type C = Complex<f64>;
 
@@ -81,6 +86,23 @@ pub fn weight(text: &str) -> Result<TrialWeight, String> {
     Ok(TrialWeight { run: run.trim().into(), plane, unbalance })
 }
 
+/// The weights of a table `run,plane,magnitude_g_mm,angle_deg`.
+///
+/// # Errors
+/// If the file cannot be read or states masses.
+pub fn weights_of_table(path: &Path) -> Answer<Vec<TrialWeight>> {
+    let table = weights::read(path, false)?;
+    if table.unit.is_mass() {
+        bail!("{}: states masses, expected unbalances as magnitude_g_mm", path.display());
+    }
+    let weight = |(run, plane, g_mm): &(String, usize, C)| TrialWeight {
+        run: run.clone(),
+        plane: table.planes[*plane].clone(),
+        unbalance: g_mm / G_MM,
+    };
+    Ok(table.rows.iter().map(weight).collect())
+}
+
 /// `RELATIVE,FLOOR_UM`, or the relative part alone.
 pub fn noise(text: &str) -> Result<Noise, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
@@ -128,7 +150,7 @@ fn phasors(text: &str) -> Option<ParameterValue> {
 }
 
 /// `SIZE@ANGLE`, or a size at 0°.
-fn sized(text: &str) -> Option<(f64, f64)> {
+pub fn sized(text: &str) -> Option<(f64, f64)> {
     let (size, angle) = text.split_once('@').unwrap_or((text, "0"));
     Some((finite(size)?, finite(angle.trim().trim_end_matches('°'))?))
 }
