@@ -85,17 +85,22 @@ struct SearchFit<'a> {
 }
 
 impl<'a> SearchFit<'a> {
-    fn of(fitter: &Fitter<'a>, hypothesis: Hypothesis<'a>, starts: &[Vec<f64>]) -> Result<Self, Error> {
+    fn of(
+        fitter: &Fitter<'a>,
+        hypothesis: Hypothesis<'a>,
+        starts: &[Vec<f64>],
+        effort: Effort,
+    ) -> Result<Self, Error> {
         let exact = fitter.exact_drawing();
         let hypothesis = Hypothesis { scales: fitter.scales(None), ..hypothesis };
-        let rough = fitter.fit(&hypothesis, starts, &exact, Effort::Search, Some(&fitter.still()))?;
+        let rough = fitter.fit(&hypothesis, starts, &exact, effort, Some(&fitter.still()))?;
         let hypothesis = Hypothesis { scales: fitter.scales(Some(&rough)), ..hypothesis };
         let x =
             rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
-        let fit = fitter.fit(&hypothesis, &[x], &exact, Effort::Search, Some(&rough.amplitudes))?;
+        let fit = fitter.fit(&hypothesis, &[x], &exact, effort, Some(&rough.amplitudes))?;
         let around = fitter.around_the_stated(&hypothesis, &fit)?;
         let start = [fit.x.clone()];
-        let there = fitter.fit(&hypothesis, &start, &around, Effort::Search, Some(&fit.amplitudes))?;
+        let there = fitter.fit(&hypothesis, &start, &around, effort, Some(&fit.amplitudes))?;
         Ok(Self { hypothesis, fit, exact, around, there })
     }
 }
@@ -113,14 +118,14 @@ impl<'a> BaseModel<'a> {
         let (hypothesis, [start, ..]) = of_file(fitter)?;
         let stated = hypothesis.effects.len();
         let SearchFit { hypothesis, fit, exact: drawing, around, there } =
-            SearchFit::of(fitter, hypothesis, &[start])?;
+            SearchFit::of(fitter, hypothesis, &[start], Effort::Search)?;
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
-    /// What the model of the file costs in the search, where it is compared with others of the same data.
+    /// What the model of the file costs in a search that ends early, where it is compared with others of the same data.
     pub fn search_cost(fitter: &'a Fitter<'a>) -> Result<f64, Error> {
         let (hypothesis, starts) = of_file(fitter)?;
-        let SearchFit { around, there, .. } = SearchFit::of(fitter, hypothesis, &starts)?;
+        let SearchFit { around, there, .. } = SearchFit::of(fitter, hypothesis, &starts, Effort::Rough)?;
         Ok(fitter.cost_under_own_scatter(&there, &around))
     }
 
@@ -132,7 +137,7 @@ impl<'a> BaseModel<'a> {
         starts: impl AsRef<[Vec<f64>]>,
     ) -> Result<Self, Error> {
         let SearchFit { hypothesis, fit, exact: mut drawing, around, there } =
-            SearchFit::of(fitter, hypothesis, starts.as_ref())?;
+            SearchFit::of(fitter, hypothesis, starts.as_ref(), Effort::Search)?;
         let mut fit = fit;
         if !fitter.drawing_is_exact() {
             (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search)?;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::answer::{RIVAL, SuspectedMistake};
 use super::base::{BaseModel, explains};
 use super::mistakes::Mistake;
-use super::screening::chosen;
+use super::screening::{ENOUGH_FOR_MISTAKES, chosen};
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
@@ -110,12 +110,7 @@ fn part_of(readings: &[Reading]) -> Vec<Reading> {
     for (number, run) in SortedRun::all(readings).iter().enumerate() {
         run.rows.iter().for_each(|row| runs[*row] = number);
     }
-    let chosen = chosen(&runs);
-    if 2 * chosen.len() > readings.len() {
-        readings.to_vec()
-    } else {
-        chosen.iter().map(|k| readings[*k].clone()).collect()
-    }
+    chosen(&runs, ENOUGH_FOR_MISTAKES).iter().map(|k| readings[*k].clone()).collect()
 }
 
 /// A mistake at the sizes that were tried, each with what is gained without it, in order.

@@ -9,8 +9,11 @@ use crate::fit::data::Amplitudes;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fit, Fitter};
 
-/// Readings that are enough for a first look: 30 speeds of four runs. Data with fewer than twice as many are taken whole.
-const ENOUGH: usize = 120;
+/// Readings that are enough for a first look at candidates: 30 speeds of four runs. Data with fewer than twice as many are taken whole.
+pub const ENOUGH_FOR_EFFECTS: usize = 120;
+/// Readings that are enough for a first look at mistakes in the files, which change all readings by more than an effect does: eight
+/// speeds of four runs, each with several real numbers for one unknown size.
+pub const ENOUGH_FOR_MISTAKES: usize = 32;
 /// Readings of a run that are taken at least, where it has as many.
 const LEAST_OF_RUN: usize = 2;
 
@@ -30,7 +33,7 @@ impl<'a> Screening<'a> {
     /// If the machine is singular.
     pub fn beside(all: &Fitter<'a>, model: &Hypothesis, fit: &Fit) -> Result<Option<Self>, Error> {
         let runs: Vec<usize> = all.data.rows.iter().map(|row| row.run).collect();
-        let chosen = chosen(&runs);
+        let chosen = chosen(&runs, ENOUGH_FOR_EFFECTS);
         if 2 * chosen.len() > all.data.rows.len() {
             return Ok(None);
         }
@@ -55,13 +58,13 @@ impl<'a> Screening<'a> {
     }
 }
 
-/// Some of many readings, whose runs these are: of every run, spread evenly over it.
-pub fn chosen(runs: &[usize]) -> Vec<usize> {
+/// About so many of many readings, whose runs these are: of every run, spread evenly over it.
+pub fn chosen(runs: &[usize], enough: usize) -> Vec<usize> {
     let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); runs.iter().max().map_or(0, |last| last + 1)];
     runs.iter().enumerate().for_each(|(r, run)| of_run[*run].push(r));
     let mut chosen: Vec<usize> = Vec::new();
     for own in of_run {
-        let share = (ENOUGH * own.len()).div_ceil(runs.len());
+        let share = (enough * own.len()).div_ceil(runs.len());
         let many = share.max(LEAST_OF_RUN).min(own.len());
         chosen.extend((0..many).map(|k| own[k * (own.len() - 1) / (many - 1).max(1)]));
     }
@@ -76,9 +79,9 @@ mod tests {
     #[test]
     fn screened_readings_hold_both_ends_of_every_run() {
         let runs: Vec<usize> = [0; 900].into_iter().chain([1; 5]).chain([2]).collect();
-        let chosen = chosen(&runs);
+        let chosen = chosen(&runs, ENOUGH_FOR_EFFECTS);
         let of_first = chosen.iter().filter(|r| **r < 900).count();
-        assert!((ENOUGH - 2..=ENOUGH).contains(&of_first), "{of_first}");
+        assert!((ENOUGH_FOR_EFFECTS - 2..=ENOUGH_FOR_EFFECTS).contains(&of_first), "{of_first}");
         assert_eq!((chosen[0], chosen[of_first - 1]), (0, 899));
         assert_eq!(chosen[of_first..], [900, 904, 905]);
     }
