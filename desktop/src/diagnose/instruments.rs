@@ -3,9 +3,10 @@
 use super::answer::SURE;
 use super::base::{BaseModel, CandidateFit};
 use super::parameters;
-use super::rank::OUTSIDE;
+use super::rank::{OUTSIDE, saturation};
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
+use crate::fit::Fitter;
 use crate::machine::place::Place;
 use crate::statistics::significance::percent;
 
@@ -56,33 +57,79 @@ pub fn suspect(
     tried: &[CandidateFit],
     unknown: &UnknownCauseFit,
 ) -> Result<Option<SuspectProbe>, Error> {
-    let places = 2.0 * (tried.len().max(1) as f64).ln();
-    let outside = 2.0 * OUTSIDE.ln();
-    let alone = unknown.evidence + outside;
-    // evidence of those that were not settled is none to compare by
-    let settled = || tried.iter().filter(|t| t.disqualified.is_none() && t.own_drawing.is_some());
-    let suspects: Vec<&CandidateFit> =
-        settled().filter(|t| t.probe(base).is_some() && t.evidence - places > alone).collect();
+    let alone = unknown.evidence + 2.0 * OUTSIDE.ln();
+    let of_probe = |t: &&CandidateFit| t.probe(base).is_some();
+    let beyond_unknown = |t: &&CandidateFit| t.evidence - price_of_place(tried) > alone;
+    let suspects: Vec<&CandidateFit> = settled(tried).filter(of_probe).filter(beyond_unknown).collect();
     if suspects.is_empty() {
         return Ok(None);
     }
-    let rivals = settled().filter(|t| t.probe(base).is_none()).take(RIVALS);
-    let with_unknown = |t: &CandidateFit| -> Result<f64, Error> {
-        let beside = UnknownCauseFit::beside_candidate(base, t)?.evidence + outside;
-        Ok(t.evidence - places + beside.max(0.0))
+    let rivals = settled(tried).filter(|t| !of_probe(t)).take(RIVALS);
+    let compared = beside_unknown(base, tried, suspects.into_iter().chain(rivals))?;
+    Ok(most_probable(base, &compared, alone))
+}
+
+/// The same by the differences of runs alone, where nothing that is the same in all runs can be laid on a probe: there it is enough that
+/// the probe with an unknown cause explains more than every rival with one. Runs whose stated weights explain the misfit best are left
+/// out, a third of them at most. `None` where runs cannot be compared.
+pub fn suspect_between_runs(fitter: &Fitter) -> Option<SuspectProbe> {
+    let mut data = fitter.data.clone();
+    let runs = data.rows.iter().map(|row| row.run).max().map_or(0, |last| last + 1);
+    for _ in 0..=runs / 3 {
+        let differing = Fitter::new(fitter.rotor, data.differences_of_runs()?);
+        let base = BaseModel::fit(&differing).ok().filter(|base| saturation(base).is_none())?;
+        let tried = base.try_all().ok()?;
+        let best = tried.first().filter(|t| t.evidence > price_of_place(&tried))?;
+        let mut doubtful = best.placed.place;
+        if !matches!(doubtful, Place::Run(_)) {
+            let unknown = UnknownCauseFit::beside(&base).ok()?;
+            let compared = beside_unknown(&base, &tried, settled(&tried)).ok()?;
+            let (best, _) = compared.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+            doubtful = best.placed.place;
+            if !matches!(doubtful, Place::Run(_)) {
+                return most_probable(&base, &compared, unknown.evidence + 2.0 * OUTSIDE.ln());
+            }
+        }
+        data.rows.retain(|row| row.listed.map(Place::Run) != Some(doubtful));
+    }
+    None
+}
+
+/// What a candidate pays for the places where it could have been.
+fn price_of_place(tried: &[CandidateFit]) -> f64 {
+    2.0 * (tried.len().max(1) as f64).ln()
+}
+
+/// Candidates that physics allows and whose noise and drawing are settled: evidence of others is none to compare by.
+fn settled(tried: &[CandidateFit]) -> impl Iterator<Item = &CandidateFit> {
+    tried.iter().filter(|t| t.disqualified.is_none() && t.own_drawing.is_some())
+}
+
+/// Candidates with their evidence over the model, each with an unknown cause beside it where that explains more.
+fn beside_unknown<'t>(
+    base: &BaseModel,
+    tried: &[CandidateFit],
+    candidates: impl Iterator<Item = &'t CandidateFit>,
+) -> Result<Vec<(&'t CandidateFit, f64)>, Error> {
+    let of = |t: &'t CandidateFit| {
+        let beside = UnknownCauseFit::beside_candidate(base, t)?.evidence + 2.0 * OUTSIDE.ln();
+        Ok((t, t.evidence - price_of_place(tried) + beside.max(0.0)))
     };
-    let others: Vec<f64> = rivals.map(with_unknown).collect::<Result<_, Error>>()?;
-    let own: Vec<f64> = suspects.iter().map(|t| with_unknown(t)).collect::<Result<_, Error>>()?;
-    let Some(best) = (0..own.len()).max_by(|a, b| own[*a].total_cmp(&own[*b])) else { return Ok(None) };
-    let name = suspects[best].probe(base);
+    candidates.map(of).collect()
+}
+
+/// The most probable probe of these candidates, against all others and an unknown cause alone, if it is beyond doubt.
+fn most_probable(base: &BaseModel, compared: &[(&CandidateFit, f64)], alone: f64) -> Option<SuspectProbe> {
+    let suspects = compared.iter().filter(|(t, _)| t.probe(base).is_some());
+    let (best, most) = suspects.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let name = best.probe(base)?;
     // a special case of what is wrong with a probe stands for the same probe
-    let same = (0..own.len()).filter(|k| suspects[*k].probe(base) == name).map(|k| own[k]);
-    let elsewhere = (0..own.len()).filter(|k| suspects[*k].probe(base) != name).map(|k| own[k]);
-    let odds = |evidence: f64| (0.5 * (evidence - own[best])).exp();
-    let of_probe: f64 = same.map(odds).sum();
-    let of_rest: f64 = elsewhere.chain(others).chain([alone]).map(odds).sum();
+    let (same, rest): (Vec<_>, Vec<_>) =
+        compared.iter().partition(|(t, _)| t.probe(base).as_ref() == Some(&name));
+    let odds = |evidence: f64| (0.5 * (evidence - most)).exp();
+    let of_probe: f64 = same.iter().map(|(_, evidence)| odds(*evidence)).sum();
+    let of_rest: f64 = odds(alone) + rest.iter().map(|(_, evidence)| odds(*evidence)).sum::<f64>();
     let probability = of_probe / (of_probe + of_rest);
-    let words = suspects[best].misreading(base);
-    let found = |(name, words)| SuspectProbe { name, words, probability };
-    Ok(name.zip(words).map(found).filter(|_| probability >= 1.0 - SURE))
+    let words = best.misreading(base)?;
+    (probability >= 1.0 - SURE).then_some(SuspectProbe { name, words, probability })
 }

@@ -2,7 +2,7 @@
 
 use super::answer::{DiagnosisVerdict, HeldOut, SURE, SuspectedMistake};
 use super::base::{BaseModel, CandidateFit, explains};
-use super::instruments::{SuspectProbe, suspect};
+use super::instruments::{SuspectProbe, suspect, suspect_between_runs};
 use super::mistaken::MistakeComparison;
 use super::parameters;
 use super::planes::PlaneUnbalances;
@@ -197,7 +197,10 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let mut summary = format!(
             "An effect is missing that no known effect explains, nor two together (χ² per value {misfit:.2}, noise: 1)."
         );
-        let bad = suspect(base, self.tried, self.unknown)?;
+        let bad = match suspect(base, self.tried, self.unknown)? {
+            None => suspect_between_runs(base.fitter),
+            found => found,
+        };
         if let Some(SuspectProbe { words, probability, .. }) = &bad {
             summary = format!("{words} ({} probable). Beside that: {summary}", percent(*probability));
         }

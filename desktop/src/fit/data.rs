@@ -1,6 +1,7 @@
 //! Measurements made ready for fitting: what was measured where, how well, and under which known
 //! trial weights.
 
+mod differences;
 mod repeats;
 
 use std::collections::BTreeMap;
