@@ -7,6 +7,7 @@
 
 mod noise;
 mod reading;
+mod record;
 mod runs;
 pub(crate) mod sequence;
 mod slow_roll;
@@ -22,8 +23,11 @@ use crate::machine::drawing::Rotor;
 pub(crate) use noise::component_sd;
 pub(crate) use reading::by_reading;
 pub use reading::{Reading, phasor_m};
+use record::RowRules;
+pub use record::{DayOfDate, Record, read_dated, read_record};
 pub use runs::SortedRun;
 pub use sequence::frozen;
+pub(crate) use slow_roll::SLOW_ROLL_SHARE;
 pub use slow_roll::{SlowRoll, less_runout, runout_m};
 pub use table::{LARGEST_UM, LOWEST_GAP_V, ProbeRecord, write, write_exactly, write_probes};
 use table::{UnlistedRuns, rows};
@@ -80,7 +84,8 @@ fn parse_less(
     slow_roll: &SlowRoll,
     unlisted: UnlistedRuns,
 ) -> Result<Vec<Reading>, Error> {
-    let readings = slow_roll.taken_off(file, rows(file, text, rotor, slow_roll.run(), unlisted)?, rotor)?;
+    let rows = rows(file, text, rotor, slow_roll.run(), unlisted, &RowRules::STRICT)?;
+    let readings = slow_roll.taken_off(file, rows.readings, rotor)?;
     within_films(file, &readings, rotor)?;
     Ok(readings)
 }

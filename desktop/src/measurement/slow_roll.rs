@@ -5,9 +5,13 @@ use std::path::{Path, PathBuf};
 use nalgebra::Complex;
 
 use super::reading::Reading;
+use super::record::RowRules;
 use super::table::{UnlistedRuns, rows, text_of};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
+
+/// Speed of a slow roll over that of the machine: the force of an unbalance is a hundredth there.
+pub(crate) const SLOW_ROLL_SHARE: f64 = 0.1;
 
 /// What is taken off every reading.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -53,8 +57,8 @@ impl SlowRoll {
             Self::Stated => (),
             Self::Run(name) => rolls.retain(|r| r.run.as_ref() == Some(name)),
             Self::File(path) => {
-                rolls = text_of(path)
-                    .and_then(|(file, text)| rows(&file, &text, rotor, None, UnlistedRuns::Refused))?
+                let (file, text) = text_of(path)?;
+                rolls = rows(&file, &text, rotor, None, UnlistedRuns::Refused, &RowRules::STRICT)?.readings;
             }
         }
         if let (Self::Run(name), true) = (self, rolls.is_empty()) {
@@ -103,7 +107,8 @@ pub fn less_runout(
 /// As [`super::read`], and if a probe has no reading.
 pub fn runout_m(path: &Path, rotor: &Rotor) -> Result<Vec<Complex<f64>>, Error> {
     let (file, text) = text_of(path)?;
-    mean_m(&file, &rows(&file, &text, rotor, None, UnlistedRuns::Refused)?, &names(rotor))
+    let rows = rows(&file, &text, rotor, None, UnlistedRuns::Refused, &RowRules::STRICT)?;
+    mean_m(&file, &rows.readings, &names(rotor))
 }
 
 fn mean_m(file: &str, rolls: &[Reading], probes: &[&str]) -> Result<Vec<Complex<f64>>, Error> {

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::reading::{Reading, phasor_m};
+use super::record::{RowRules, Rows};
 use crate::error::Error;
 use crate::file_kind;
 use crate::machine::drawing::{Rotor, UnusedProbe};
@@ -47,10 +48,10 @@ pub struct ProbeRecord {
 }
 
 impl Columns {
-    fn find(file: &str, headers: &csv::StringRecord, rotor: &Rotor) -> Result<Self, Error> {
+    fn find(file: &str, headers: &csv::StringRecord, rotor: &Rotor, times: &[&str]) -> Result<Self, Error> {
         let names: Vec<&str> = rotor.probe.iter().map(|p| p.name.as_str()).collect();
         let unused: Vec<&str> = rotor.unused.iter().map(UnusedProbe::name).collect();
-        Self::of_probes(file, headers, &names, &unused, "um", &format!("rotor \"{}\"", rotor.name))
+        Self::of_probes(file, headers, &names, &unused, "um", &format!("rotor \"{}\"", rotor.name), times)
     }
 
     /// The columns of probes of these names, beside which those of `unused` ones may stand; `owner` is whose they are, for messages.
@@ -61,6 +62,7 @@ impl Columns {
         unused: &[&str],
         unit: &str,
         owner: &str,
+        times: &[&str],
     ) -> Result<Self, Error> {
         let place = |name: &str| headers.iter().position(|h| h.trim() == name);
         let is_export = place("speed_rpm").is_none()
@@ -78,8 +80,8 @@ impl Columns {
             probes.push([need(&format!("{name}_cos_{unit}"))?, need(&format!("{name}_sin_{unit}"))?]);
         }
         let gaps = names.iter().map(|name| place(&format!("{}_gap_v", name.as_ref()))).collect();
-        let columns =
-            Self { run: place("run"), time_d: place("time_d"), speed_rpm, probes, gaps, unit: unit.into() };
+        let time_d = times.iter().find_map(|name| place(name));
+        let columns = Self { run: place("run"), time_d, speed_rpm, probes, gaps, unit: unit.into() };
         let is_of_unused = |column: &str| {
             let of_probe = |name: &&str| column.trim().strip_prefix(*name);
             unused.iter().filter_map(of_probe).any(|of| {
@@ -151,7 +153,8 @@ pub fn rows(
     rotor: &Rotor,
     slow_roll: Option<&str>,
     unlisted: UnlistedRuns,
-) -> Result<Vec<Reading>, Error> {
+    rules: &RowRules,
+) -> Result<Rows, Error> {
     let known = |run: &str| {
         unlisted == UnlistedRuns::Blind
             || rotor.run.is_empty()
@@ -164,7 +167,7 @@ pub fn rows(
             Err(format!("the run \"{run}\" has no [[run]] in the rotor's file, so its weights are unknown"))
         }
     };
-    every_row(file, text, |headers| Columns::find(file, headers, rotor), known)
+    every_row(file, text, |headers| Columns::find(file, headers, rotor, rules.times), known, rules)
 }
 
 /// The same of a file that names its probes itself; `known` says why a run cannot be used.
@@ -176,9 +179,9 @@ pub fn series(
     let (mut unit, mut probes) = Default::default();
     let columns = |headers: &csv::StringRecord| {
         (probes, unit) = probes_of(file, headers)?;
-        Columns::of_probes(file, headers, &probes, &[], &unit, "this file")
+        Columns::of_probes(file, headers, &probes, &[], &unit, "this file", RowRules::STRICT.times)
     };
-    let readings = every_row(file, text, columns, known)?;
+    let readings = every_row(file, text, columns, known, &RowRules::STRICT)?.readings;
     Ok(ProbeRecord { unit, probes, readings })
 }
 
@@ -187,7 +190,8 @@ fn every_row(
     text: &str,
     columns: impl FnOnce(&csv::StringRecord) -> Result<Columns, Error>,
     known: impl Fn(&str) -> Result<(), String>,
-) -> Result<Vec<Reading>, Error> {
+    rules: &RowRules,
+) -> Result<Rows, Error> {
     if file_kind::is_toml(text) {
         let what = "this looks like a rotor file (TOML), expected measurements (CSV); give the rotor file first and the \
                     measurements after it";
@@ -205,11 +209,14 @@ fn every_row(
         ));
     }
     let columns = columns(&headers)?;
-    let mut readings: Vec<Reading> = Vec::new();
+    let (mut readings, mut at_rest): (Vec<Reading>, usize) = (Vec::new(), 0);
     for record in reader.records() {
         let record = record.map_err(|e| ragged(file, comments, &e))?;
         let line = comments + record.position().map_or(0, csv::Position::line);
-        let reading = row(file, line, &headers, &columns, &record)?;
+        let Some(reading) = row(file, line, &headers, &columns, &record, rules)? else {
+            at_rest += 1;
+            continue;
+        };
         if let Some(run) = &reading.run {
             known(run).map_err(|what| Error::measurement(file, format!("row {line}"), what))?;
         }
@@ -222,9 +229,13 @@ fn every_row(
         readings.push(reading);
     }
     if readings.is_empty() {
-        return Err(Error::measurement(file, "row 2", "there is no reading, expected at least one"));
+        let what = match at_rest {
+            0 => "there is no reading, expected at least one",
+            _ => "every row is at 0 rpm, expected readings of a machine that turns",
+        };
+        return Err(Error::measurement(file, "row 2", what));
     }
-    Ok(readings)
+    Ok(Rows { readings, at_rest })
 }
 
 /// Number of comment lines before the header, and what comes after them. A `#` further down is part of a run's name.
@@ -255,7 +266,8 @@ fn row(
     headers: &csv::StringRecord,
     columns: &Columns,
     record: &csv::StringRecord,
-) -> Result<Reading, Error> {
+    rules: &RowRules,
+) -> Result<Option<Reading>, Error> {
     let number = |column: usize| -> Result<Option<f64>, Error> {
         let cell = record.get(column).unwrap_or("").trim();
         if cell.is_empty() {
@@ -273,6 +285,9 @@ fn row(
     let at = |name: &str| format!("row {line}, column {name}");
     let speed_rpm = number(columns.speed_rpm)?
         .ok_or_else(|| Error::measurement(file, at("speed_rpm"), "expected a positive speed in rpm"))?;
+    if speed_rpm == 0.0 && rules.passes_over_standstill {
+        return Ok(None);
+    }
     if speed_rpm == 0.0 {
         let what = "0 rpm: the machine stood still, which shows no unbalance; expected a positive speed in rpm, or no row";
         return Err(Error::measurement(file, at("speed_rpm"), what));
@@ -306,25 +321,27 @@ fn row(
             gaps_v.push(gap_v);
         }
     }
-    let time_d = match columns.time_d {
-        Some(column) => {
-            let day = number(column)?
-                .ok_or_else(|| Error::measurement(file, at("time_d"), "is empty, expected a day"))?;
-            if day.abs() > LAST_DAY {
-                let what = format!(
-                    "{day} is no day, expected -{LAST_DAY} to {LAST_DAY}; seconds are to be divided by 86400"
-                );
-                return Err(Error::measurement(file, at("time_d"), what));
-            }
-            Some(day)
+    let day = |column: usize| {
+        let wrong =
+            |what: String| Error::measurement(file, at(headers.get(column).unwrap_or("time_d")), what);
+        let cell = record.get(column).unwrap_or("").trim();
+        let day = match (rules.days)(cell) {
+            Some(day) => day.map_err(wrong)?,
+            None => number(column)?.ok_or_else(|| wrong("is empty, expected a day".into()))?,
+        };
+        if day.abs() > LAST_DAY {
+            return Err(wrong(format!(
+                "{day} is no day, expected -{LAST_DAY} to {LAST_DAY}; seconds are to be divided by 86400"
+            )));
         }
-        None => None,
+        Ok(day)
     };
+    let time_d = columns.time_d.map(day).transpose()?;
     let run = columns.run.and_then(|c| record.get(c)).map(|s| spreadsheet::name(s.trim()).to_string());
     if run.iter().any(|run| run.contains(char::is_control)) {
         return Err(Error::measurement(file, at("run"), "a name must not hold control characters"));
     }
-    Ok(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v })
+    Ok(Some(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v }))
 }
 
 /// Writes readings in the same layout as they are read.

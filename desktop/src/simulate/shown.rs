@@ -7,7 +7,7 @@ use crate::effects::Pattern;
 use crate::effects::entry::{phasor, resolve, terms_of};
 use crate::error::Error;
 use crate::machine::drawing::{Plane, Rotor, Run};
-use crate::measurement::{LARGEST_UM, Reading, beyond_films};
+use crate::measurement::{LARGEST_UM, Reading, SLOW_ROLL_SHARE, beyond_films};
 use crate::model::Model;
 use crate::shaft::mesh::Mesh;
 use crate::shaft::structure::{Structure, elements_per_segment};
@@ -21,9 +21,8 @@ type C = Complex<f64>;
 const FINER: usize = 8;
 /// Nodes that a finer mesh has at most: its matrices are dense before they are solved as a chain.
 const MOST_NODES: usize = 1000;
-/// Readings of a slow roll, and its speed: below this share of every other run, and no faster than machines are turned.
+/// Readings of a slow roll, and its speed: no faster than machines are turned.
 const SLOW_ROLL_READINGS: usize = 5;
-const SLOW_ROLL_SHARE: f64 = 0.1;
 const FASTEST_SLOW_ROLL_RPM: f64 = 300.0;
 
 /// Readings of every run at these speeds, rpm, with this unbalance in the planes, kg·m. A run that is a slow roll is

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rotor_edge_desktop::Error;
 use rotor_edge_desktop::diagnose::best_fit;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
+use rotor_edge_desktop::measurement::{self, DayOfDate, Reading, Record, SlowRoll};
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::whole_file;
 use serde::Serialize;
@@ -108,6 +108,16 @@ impl Runout {
     /// The same where runs that the rotor's file does not list are blind.
     pub fn read_with_blind_runs(&self, data: &Path, rotor: &Rotor) -> Result<Vec<Reading>> {
         Ok(measurement::read_with_blind_runs(data, rotor, &self.taken_off())?)
+    }
+
+    /// Reads a record over days, less the runout.
+    pub fn read_record(&self, data: &Path, rotor: &Rotor, days: &DayOfDate) -> Result<Record> {
+        Ok(measurement::read_record(data, rotor, &self.taken_off(), days)?)
+    }
+
+    /// Reads a measurement whose times may be dates, less the runout.
+    pub fn read_dated(&self, data: &Path, rotor: &Rotor, days: &DayOfDate) -> Result<Vec<Reading>> {
+        Ok(measurement::read_dated(data, rotor, &self.taken_off(), days)?)
     }
 
     fn taken_off(&self) -> SlowRoll {

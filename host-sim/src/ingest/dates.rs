@@ -1,5 +1,6 @@
 //! Days of a record as dates of the calendar.
 
+use std::cell::Cell;
 use std::path::Path;
 
 use anyhow::{Context, Result};
@@ -7,8 +8,60 @@ use anyhow::{Context, Result};
 use super::calendar::{Moment, ParsedMoment, of_text};
 use super::readings::written::COUNTS_FROM;
 
+/// A date, for messages.
+const EXAMPLE: &str = "2026-03-01T06:00:00Z";
+
 /// Column of a track with each estimate's moment.
 pub const TIME: &str = "time";
+
+/// Days of the times in a table, which are numbers of days or dates; the first date is that of day 0, unless it is known.
+pub struct DayCount {
+    begin: Cell<Option<Moment>>,
+    /// What the times before were.
+    are_dates: Cell<Option<bool>>,
+}
+
+impl DayCount {
+    /// Counts from this moment on.
+    pub fn from(dates: Dates) -> Self {
+        Self { begin: Cell::new(dates.0), are_dates: Cell::new(None) }
+    }
+
+    /// The day of a cell; nothing of a number.
+    pub fn day(&self, cell: &str) -> Option<Result<f64, String>> {
+        let is_date = !cell.is_empty() && cell.parse::<f64>().is_err();
+        if self.are_dates.get().is_some_and(|before| before != is_date) && !cell.is_empty() {
+            return Some(Err(format!(
+                "\"{cell}\": days and dates are mixed, expected one of them in every row"
+            )));
+        }
+        self.are_dates.set(Some(is_date));
+        is_date.then(|| self.day_of_date(cell))
+    }
+
+    fn day_of_date(&self, cell: &str) -> Result<f64, String> {
+        let date = match of_text(cell, None) {
+            ParsedMoment::Moment(date) if date.iso().is_some() => date,
+            ParsedMoment::Ambiguous => {
+                return Err(format!("\"{cell}\" may be two dates, expected one as in {EXAMPLE}"));
+            }
+            _ => {
+                return Err(format!(
+                    "\"{cell}\" is no date, expected one as in {EXAMPLE}, or a number of days"
+                ));
+            }
+        };
+        let begin = self.begin.get().unwrap_or(date);
+        self.begin.set(Some(begin));
+        let day = date.days_since(begin);
+        day.ok_or_else(|| format!("\"{cell}\": its time zone is stated, or that of day 0, but not both"))
+    }
+
+    /// When day 0 was, as far as it is known now.
+    pub fn dates(&self) -> Dates {
+        Dates(self.begin.get())
+    }
+}
 
 /// When day 0 was, where somebody said so.
 #[derive(Debug, Clone, Copy, Default)]
@@ -82,6 +135,26 @@ mod tests {
         assert_eq!(Dates::default().day(125.4), "day 125");
         assert_eq!(Dates(Some(moment("2024-03-01 06:00").unwrap())).day(1.0), "day 1, 2024-03-02 06:00");
         assert!(moment("yesterday").unwrap_err().contains("expected one as in 2024-03-01T06:00+01:00"));
+    }
+
+    #[test]
+    fn dates_count_from_the_first_and_are_not_mixed_with_days() {
+        let count = DayCount::from(Dates::default());
+        for (cell, day) in [("2026-03-01T06:00:00Z", 0.0), ("2026-03-02T07:00:00+01:00", 1.0)] {
+            assert_eq!(count.day(cell), Some(Ok(day)));
+        }
+        assert_eq!(count.dates().iso(0.0).unwrap(), "2026-03-01T06:00:00Z");
+        for (cell, says) in [
+            ("4.5", "days and dates are mixed"),
+            ("2026-03-04 06:00", "time zone"),
+            ("03/04/2026 06:00", "may be two dates"),
+            ("06:00", "is no date, expected one as in 2026-03-01T06:00:00Z"),
+        ] {
+            assert!(matches!(count.day(cell), Some(Err(why)) if why.contains(says)), "{cell}");
+        }
+        let days = DayCount::from(Dates::default());
+        assert_eq!((days.day("3"), days.day("")), (None, None));
+        assert!(matches!(days.day("2026-03-01"), Some(Err(why)) if why.contains("mixed")));
     }
 
     #[test]

@@ -112,6 +112,49 @@ fn vector(magnitude: f64, angle_deg: f64) -> [f64; 2] {
     [magnitude * cos, magnitude * sin]
 }
 
+/// The sample's first 60 days as dates, with rows of a trip and of a slow roll.
+#[test]
+fn trips_and_dates_give_the_estimates_of_plain_days() {
+    let case = Case::turbine();
+    let lines: Vec<&str> = sample::RECORD.lines().filter(|line| !line.starts_with('#')).take(61).collect();
+    let rest = |line: &str| line.split_once(',').unwrap().1.to_string();
+    let begin: jiff::Timestamp = "2026-03-01T06:00:00Z".parse().unwrap();
+    let date = |line: &str| {
+        let day: f64 = line.split(',').next().unwrap().parse().unwrap();
+        (begin + jiff::SignedDuration::from_secs_f64(day * 86_400.0)).to_string()
+    };
+    let slow = |line: &str, rpm: &str| {
+        let cells = line.split(',').count() - 2;
+        format!("{},{rpm}{}", date(line).replace("06:00", "18:00"), ",0.8".repeat(cells))
+    };
+    let mut dated = vec![format!("time,{}", rest(lines[0]))];
+    for (row, line) in lines.iter().enumerate().skip(1) {
+        dated.push(format!("{},{}", date(line), rest(line)));
+        dated.extend(
+            [(20, "0"), (21, "0"), (30, "250")]
+                .iter()
+                .filter(|(at, _)| *at == row)
+                .map(|(_, rpm)| slow(line, rpm)),
+        );
+    }
+    let [plain, trips] =
+        [("plain.csv", lines.join("\n")), ("trips.csv", dated.join("\n"))].map(|(name, text)| {
+            std::fs::write(case.path(name), text).unwrap();
+            json(&rotor_edge(&["track", &case.rotor, &case.path(name), "--runup", &case.runup, "--json"]))
+        });
+    assert_eq!(trips["begin"], "2026-03-01T06:00:00Z");
+    let said = trips["remarks"][0].as_str().unwrap();
+    assert!(said.starts_with("3 rows were passed over, 2 at 0 rpm and 1 below"), "{said}");
+    let days = |answer: &Value| -> Vec<(f64, f64)> {
+        let of = |e: &Value| (number(&e["time_d"]), number(&e["planes"][0]["unbalance_g_mm"]));
+        answer["estimates"].as_array().unwrap().iter().map(of).collect()
+    };
+    for (a, b) in days(&plain).iter().zip(days(&trips)) {
+        assert!((a.0 - b.0).abs() < 1e-9 && (a.1 - b.1).abs() < 1e-6 * a.1, "{a:?} {b:?}");
+    }
+    assert_eq!(days(&plain).len(), days(&trips).len());
+}
+
 #[test]
 fn event_at_bearing_15_is_found_on_its_day_to_noise_residual() {
     let case = Case::named("one_bearing");

@@ -19,7 +19,7 @@ use crate::answers::track::TrackAnswer;
 use crate::answers::track_curves::TrackCurves;
 use crate::command::shell;
 use crate::ingest::calendar::Moment;
-use crate::ingest::dates::{Dates, moment};
+use crate::ingest::dates::{Dates, DayCount, moment};
 use crate::render;
 use crate::say;
 use crate::terminal;
@@ -155,15 +155,18 @@ impl Arguments {
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let config = arguments.config()?;
     let rotor = rotor_file::read(&arguments.rotor)?;
-    let record = arguments.runout.read(&arguments.record, &rotor)?;
-    track::check_record(&arguments.record.display().to_string(), &rotor, &record)?;
-    let dates = Dates::of(arguments.begin, &arguments.record)?;
+    let count = DayCount::from(Dates::of(arguments.begin, &arguments.record)?);
+    let day = |cell: &str| count.day(cell);
+    let whole = arguments.runout.read_record(&arguments.record, &rotor, &day)?;
+    let record = &whole.readings;
+    track::check_record(&arguments.record.display().to_string(), &rotor, record)?;
+    let dates = count.dates();
     if !dates.is_unknown() && record[0].time_d.is_none() {
         let file = arguments.record.display();
         bail!("{file}: there is no column time_d, expected one that counts the days from --begin on");
     }
     let runup = match &arguments.runup {
-        Some(path) => arguments.runout.read(path, &rotor)?,
+        Some(path) => read_runup(path, &rotor, arguments, dates)?,
         None => Vec::new(),
     };
     if !arguments.later_runup.is_empty() && config.method != Method::Joint {
@@ -172,7 +175,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let later: Vec<(f64, Vec<Reading>)> = arguments
         .later_runup
         .iter()
-        .map(|path| later_runup(path, &rotor, &arguments.runout))
+        .map(|path| later_runup(path, &rotor, arguments, dates))
         .collect::<Result<_>>()?;
     let later: Vec<LaterRunup> =
         later.iter().map(|(time_d, readings)| LaterRunup { time_d: *time_d, readings }).collect();
@@ -187,17 +190,18 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         listener.step(done, Some(of));
     };
     let followed = match arguments.as_known_then {
-        Some(every) => track::filtered(&rotor, &record, &runup, &later, &config, every.get(), &mut progress),
-        None => track::track(&rotor, &record, &runup, &later, &config, &mut progress),
+        Some(every) => track::filtered(&rotor, record, &runup, &later, &config, every.get(), &mut progress),
+        None => track::track(&rotor, record, &runup, &later, &config, &mut progress),
     };
     bar.finish_and_clear();
-    let followed = followed?;
+    let mut followed = followed?;
+    followed.remarks.splice(0..0, whole.passed_over());
     if let Some(path) = &arguments.csv {
         table::write(path, &rotor, &followed, dates)?;
     }
     let answer = TrackAnswer::of(&rotor, &followed, record.len(), &|time_d| dates.iso(time_d));
     if let Some(path) = &arguments.form.report {
-        let curves = TrackCurves::of(&rotor, &record, &followed);
+        let curves = TrackCurves::of(&rotor, record, &followed);
         let story = render::track::story(&answer, &curves, dates, next(arguments, &answer));
         let sections = render::track::sections(&answer, &curves, dates);
         output::story(path, &format!("{}: the unbalance followed", rotor.name), &story, sections)?;
@@ -228,9 +232,27 @@ fn next(arguments: &Arguments, answer: &TrackAnswer) -> output::Next {
     }
 }
 
+/// A run-up; its dates count as those of the record do.
+fn read_runup(path: &Path, rotor: &Rotor, arguments: &Arguments, dates: Dates) -> Result<Vec<Reading>> {
+    let count = DayCount::from(dates);
+    let readings = arguments.runout.read_dated(path, rotor, &|cell: &str| count.day(cell))?;
+    if dates.is_unknown() && !count.dates().is_unknown() {
+        bail!(
+            "{}: its times are dates and those of the record are days; say with --begin when day 0 was",
+            path.display()
+        );
+    }
+    Ok(readings)
+}
+
 /// A run-up and its day.
-fn later_runup(path: &Path, rotor: &Rotor, runout: &output::Runout) -> Result<(f64, Vec<Reading>)> {
-    let readings = runout.read(path, rotor)?;
+fn later_runup(
+    path: &Path,
+    rotor: &Rotor,
+    arguments: &Arguments,
+    dates: Dates,
+) -> Result<(f64, Vec<Reading>)> {
+    let readings = read_runup(path, rotor, arguments, dates)?;
     let first = &readings[0];
     let digits = |name: &String| {
         let from = name.rfind(|c: char| !(c.is_ascii_digit() || c == '.')).map_or(0, |at| at + 1);
