@@ -8,6 +8,7 @@
 mod noise;
 mod reading;
 mod record;
+mod rules;
 mod runs;
 pub(crate) mod sequence;
 mod slow_roll;
@@ -23,8 +24,10 @@ use crate::machine::drawing::Rotor;
 pub(crate) use noise::component_sd;
 pub(crate) use reading::by_reading;
 pub use reading::{Reading, phasor_m};
-use record::RowRules;
-pub use record::{DayOfDate, Record, read_dated, read_record};
+
+pub use record::{Record, read_dated, read_record};
+pub use rules::DayOfDate;
+use rules::RowRules;
 pub use runs::SortedRun;
 pub use sequence::frozen;
 pub(crate) use slow_roll::SLOW_ROLL_SHARE;

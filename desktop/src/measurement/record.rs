@@ -3,37 +3,15 @@
 use std::path::Path;
 
 use super::reading::Reading;
+use super::rules::{DayOfDate, RowRules, Rows};
 use super::slow_roll::{SLOW_ROLL_SHARE, SlowRoll};
 use super::table::{UnlistedRuns, rows, text_of};
 use super::within_films;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
-/// The day of a cell that holds a date, or why it has none; `None` of a cell that is no date.
-pub type DayOfDate<'a> = dyn Fn(&str) -> Option<Result<f64, String>> + 'a;
-
 /// Columns with the days of a record, or with its dates.
 const TIMES: [&str; 2] = ["time_d", "time"];
-
-/// How the rows of a table are taken.
-pub(super) struct RowRules<'a> {
-    /// Names that the column of days may have, the first of them that is there.
-    pub times: &'a [&'a str],
-    pub days: &'a DayOfDate<'a>,
-    /// Rows at 0 rpm are counted, not refused.
-    pub passes_over_standstill: bool,
-}
-
-impl RowRules<'_> {
-    /// Days are numbers, and every row is of a machine that turns.
-    pub const STRICT: Self = Self { times: &["time_d"], days: &|_| None, passes_over_standstill: false };
-}
-
-/// The rows of a table: the readings, and the number of rows at 0 rpm.
-pub(super) struct Rows {
-    pub readings: Vec<Reading>,
-    pub at_rest: usize,
-}
 
 /// A record, without the rows that say nothing of an unbalance.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Complex;
 
 use super::reading::Reading;
-use super::record::RowRules;
+use super::rules::RowRules;
 use super::table::{UnlistedRuns, rows, text_of};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::reading::{Reading, phasor_m};
-use super::record::{RowRules, Rows};
+use super::rules::{RowRules, Rows};
 use crate::error::Error;
 use crate::file_kind;
 use crate::machine::drawing::{Rotor, UnusedProbe};
@@ -321,20 +321,10 @@ fn row(
             gaps_v.push(gap_v);
         }
     }
+    let name_of = |column: usize| headers.get(column).unwrap_or("time_d");
     let day = |column: usize| {
-        let wrong =
-            |what: String| Error::measurement(file, at(headers.get(column).unwrap_or("time_d")), what);
         let cell = record.get(column).unwrap_or("").trim();
-        let day = match (rules.days)(cell) {
-            Some(day) => day.map_err(wrong)?,
-            None => number(column)?.ok_or_else(|| wrong("is empty, expected a day".into()))?,
-        };
-        if day.abs() > LAST_DAY {
-            return Err(wrong(format!(
-                "{day} is no day, expected -{LAST_DAY} to {LAST_DAY}; seconds are to be divided by 86400"
-            )));
-        }
-        Ok(day)
+        day_of(cell, number(column), rules, |what| Error::measurement(file, at(name_of(column)), what))
     };
     let time_d = columns.time_d.map(day).transpose()?;
     let run = columns.run.and_then(|c| record.get(c)).map(|s| spreadsheet::name(s.trim()).to_string());
@@ -342,6 +332,25 @@ fn row(
         return Err(Error::measurement(file, at("run"), "a name must not hold control characters"));
     }
     Ok(Some(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v }))
+}
+
+/// The day of a cell, which is a date or holds this `number`; `wrong` tells what is amiss with its place.
+fn day_of(
+    cell: &str,
+    number: Result<Option<f64>, Error>,
+    rules: &RowRules,
+    wrong: impl Fn(String) -> Error,
+) -> Result<f64, Error> {
+    let day = match (rules.days)(cell) {
+        Some(day) => day.map_err(&wrong)?,
+        None => number?.ok_or_else(|| wrong("is empty, expected a day".into()))?,
+    };
+    if day.abs() > LAST_DAY {
+        return Err(wrong(format!(
+            "{day} is no day, expected -{LAST_DAY} to {LAST_DAY}; seconds are to be divided by 86400"
+        )));
+    }
+    Ok(day)
 }
 
 /// Writes readings in the same layout as they are read.
