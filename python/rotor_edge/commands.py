@@ -194,6 +194,7 @@ def track(
     paper: bool = False,
     proposals: int | None = None,
     as_known_then: int | None = None,
+    outage: Sequence[tuple[float | str, float | str]] = (),
     seed: int = 1,
     rise: float | None = None,
     ratio_limit: float | None = None,
@@ -207,7 +208,8 @@ def track(
 
     runup: one in the state of the first days. later_runup: ones after an event, for joint. begin: when day 0 was, then days have
     dates. identified: no phase I. paper and proposals: of bayes. as_known_then: of joint, every so manyth
-    reading with what was known on its day. rise, ratio_limit, ratio_floor, persistence: when a reading is suspicious (relative
+    reading with what was known on its day. outage: of joint, first and last day or date of each time in which the machine stood;
+    bearings and unbalance are new after it. rise, ratio_limit, ratio_floor, persistence: when a reading is suspicious (relative
     to the level, of the features) and when that is a flag (readings in a row). growth: largest of a plane relative to the day
     before. progress: called with the steps that are done and about how many there are:
     readings, of joint rounds of learning; fixed tells none."""
@@ -220,6 +222,7 @@ def track(
         "paper": paper,
         "proposals": proposals,
         "as_known_then": as_known_then,
+        "outage": [f"{first}..{last}" for first, last in outage],
         "seed": seed,
         "rise": rise,
         "ratio_limit": ratio_limit,

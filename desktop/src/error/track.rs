@@ -58,4 +58,23 @@ pub enum TrackError {
     /// A later run-up shows the machine as it was at first.
     #[error("the later run-up of day {time_d} shows no change, expected a run-up after an event")]
     NoEventBefore { time_d: f64 },
+    /// An outage lies outside the record, or ends before it begins.
+    #[error(
+        "the outage from day {from_d} to day {to_d} is none of this record; expected two ascending days from {first_d} to \
+         {last_d}"
+    )]
+    OutageOutside { from_d: f64, to_d: f64, first_d: f64, last_d: f64 },
+    /// Two outages have days in common.
+    #[error(
+        "the outages from day {from_d} to day {to_d} and from day {other_from_d} to day {other_to_d} overlap; state them as one"
+    )]
+    OutagesOverlap { from_d: f64, to_d: f64, other_from_d: f64, other_to_d: f64 },
+    /// The machine turned within an outage.
+    #[error(
+        "the outage from day {from_d} to day {to_d} has a reading on day {time_d}; expected none before its end"
+    )]
+    ReadingInOutage { from_d: f64, to_d: f64, time_d: f64 },
+    /// The machine after an outage cannot be identified.
+    #[error("after the outage from day {from_d} to day {to_d}: {why}")]
+    AfterOutage { from_d: f64, to_d: f64, why: String },
 }

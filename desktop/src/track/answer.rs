@@ -25,7 +25,14 @@ pub const PROPOSALS: usize = 400;
 /// Number of proposals in the paper.
 pub const PROPOSALS_AS_PRINTED: usize = 200;
 
+/// Days in which the machine stood; its bearings and its unbalance are new after them.
 #[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outage {
+    pub from_d: f64,
+    pub to_d: f64,
+}
+
+#[derive(Debug, Clone, PartialEq)]
 pub struct Config {
     /// How the record is followed.
     pub method: Method,
@@ -40,6 +47,8 @@ pub struct Config {
     /// [`Method::Bayes`] as it was printed: a random walk in bearings and unbalance together.
     pub paper: bool,
     pub seed: u64,
+    /// Stated outages, of [`Method::Joint`].
+    pub outages: Vec<Outage>,
 }
 
 impl Config {
@@ -55,6 +64,7 @@ impl Config {
             proposals: PROPOSALS,
             paper: false,
             seed: 1,
+            outages: Vec::new(),
         }
     }
 }
@@ -101,6 +111,8 @@ pub enum FlagCause {
     Model,
     /// The unbalance jumped by more than phase II may follow in a day; the model still holds.
     Unbalance,
+    /// A probe or the phase reference changed, and not the machine.
+    Instrument,
 }
 
 /// A streak of suspicious readings that was long enough.

@@ -11,9 +11,9 @@ use crate::measurement::sequence::{frozen, moved_reference};
 use crate::units::same_speed;
 
 /// Fewest complete readings: phase I takes three, an event needs readings before and after it.
-const FEWEST: usize = 10;
+pub const FEWEST: usize = 10;
 /// Gaps longer than this get a remark, days.
-const LONG_GAP_D: f64 = 14.0;
+pub const LONG_GAP_D: f64 = 14.0;
 /// Effects whose supports depend on how far the shaft moves.
 const NONLINEAR: [&str; 2] = ["nonlinear_stiffness", "rub"];
 /// Readings further apart than this, days, are not compared, as bearings change.

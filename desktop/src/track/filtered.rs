@@ -36,7 +36,9 @@ pub fn filtered(
         let known = &record[..=last];
         let now_d = super::record::time_d(last, &record[last]);
         let later: Vec<LaterRunup> = later.iter().filter(|l| l.time_d <= now_d).cloned().collect();
-        track(rotor, known, runup, &later, config, &mut |_, _| ()).ok()
+        let outages = config.outages.iter().filter(|outage| outage.to_d <= now_d).copied().collect();
+        let config = Config { outages, ..config.clone() };
+        track(rotor, known, runup, &later, &config, &mut |_, _| ()).ok()
     };
     let count = record.len();
     let mut asked: Vec<usize> = (0..count).rev().step_by(every.max(1)).skip(1).collect();

@@ -36,7 +36,7 @@ mod record;
 mod step;
 
 pub use answer::{
-    Config, CredibleIntervals, Flag, FlagCause, Interval, Method, PROPOSALS, PROPOSALS_AS_PRINTED,
+    Config, CredibleIntervals, Flag, FlagCause, Interval, Method, Outage, PROPOSALS, PROPOSALS_AS_PRINTED,
     ReadingEstimate, Reidentified,
 };
 pub use bayes::sampling::{PosteriorSample, Quality, SamplerKind, Sampling};
@@ -44,7 +44,7 @@ pub use cases::CaseFit;
 pub use detector::{DetectorThresholds, ReadingResidual};
 pub use faults::check as check_record;
 pub use filtered::filtered;
-pub use joint::{ConstantPart, Event, JointFindings, LaterRunup, Scope};
+pub use joint::{ConstantPart, Event, Instrument, JointFindings, LaterRunup, Scope, SecondSpeed};
 pub use operating_point::Logs;
 
 use crate::error::Error;
@@ -125,7 +125,7 @@ pub fn track(
             run
         }
         Method::Joint => {
-            let (run, found) = tracking.joint(runup, later, progress)?;
+            let (run, found) = tracking.joint(record, runup, later, progress)?;
             joint = Some(found);
             run
         }

@@ -12,6 +12,7 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 use rotor_edge_desktop::forecast::backtest::{ForecastBasis, ForecastModel};
 use rotor_edge_desktop::forecast::scores::Score as ForecastScore;
+use rotor_edge_desktop::track::{Config, Instrument, Method, Outage};
 use score::{Judged, Score, Summary};
 
 /// A third of the wander that a record has otherwise.
@@ -77,6 +78,28 @@ fn elsewhere() -> &'static [Judged] {
     })
 }
 
+/// Half a year in which an outage of 60 days ends with new bearings and 90 and 120 g·mm in the planes.
+fn overhauled() -> Vec<(Plan, bool)> {
+    let change = Change::Overhaul { outage_days: 60, sizes_g_mm: [90.0, 120.0] };
+    let plan = |seed: u64| Plan { days: 180, ..with(TURBINE, 900 + seed, 110, change) };
+    (0..8).map(|seed| (plan(seed), false)).collect()
+}
+
+/// Half a year in which something changes on day 80.
+fn half_a_year(seed: u64, change: Change) -> (Plan, bool) {
+    (Plan { days: 180, ..with(TURBINE, seed, 80, change) }, false)
+}
+
+/// One probe shows 12 % more from day 80 on.
+fn gains() -> Vec<(Plan, bool)> {
+    (0..8).map(|k| half_a_year(920 + k, Change::Gain { probe: k as usize % 4, factor: 1.12 })).collect()
+}
+
+/// The phase reference is turned by 15° on day 80.
+fn turned() -> Vec<(Plan, bool)> {
+    (0..8).map(|k| half_a_year(928 + k, Change::PhaseReference { turn_deg: 15.0 })).collect()
+}
+
 fn judged(plans: Vec<(Plan, bool)>) -> Vec<Judged> {
     let one = |(plan, later): (Plan, bool)| {
         Judged::new(&plan, &plan.make(), later).unwrap_or_else(|e| panic!("{plan:?}: {e}"))
@@ -140,6 +163,44 @@ fn third_plane_is_tracked_if_distinguishable_or_refused() {
 #[test]
 fn one_plane_is_followed() {
     holds("one plane", &as_in_plants(|plan| Plan { planes: Planes::First, ..plan }));
+}
+
+#[test]
+fn second_speed_is_advised_where_a_record_has_one_speed() {
+    let plan = |schedule| Plan { days: 120, schedule, ..Plan::quiet(TURBINE, 950) };
+    let advice = |schedule| {
+        let plan = plan(schedule);
+        let judged = Judged::new(&plan, &plan.make(), false).unwrap();
+        judged.second_speed()
+    };
+    let one = advice(Schedule::Daily).unwrap();
+    println!("{one:?}");
+    assert!(one.half_width_kg_m < one.without_kg_m && one.half_width_kg_m > 0.0, "{one:?}");
+    assert!(advice(Schedule::Speeds).is_none());
+}
+
+#[test]
+fn stated_outage_restarts_bearings_and_unbalance() {
+    let (plan, _) = overhauled()[1];
+    let stated = |from_d: f64, to_d: f64| Config {
+        outages: vec![Outage { from_d, to_d }],
+        ..Config::new(Method::Joint)
+    };
+    let record = plan.make();
+    let judged = Judged::by(&plan, &record, &stated(49.0, 110.0)).unwrap();
+    println!("{}", judged.line());
+    let [event] = judged.events() else { panic!("{}", judged.line()) };
+    assert!(event.stated && event.scope.restart && event.time_d >= 110.0, "{event:?}");
+    let after = judged.after.as_ref().unwrap();
+    assert!(after.coverage >= 0.85 && after.angle_coverage >= 0.85, "{}", judged.line());
+    for (from_d, to_d, says) in [
+        (49.0, 500.0, "is none of this record; expected two ascending days from"),
+        (110.0, 49.0, "is none of this record"),
+        (20.0, 110.0, "has a reading on day 2"),
+    ] {
+        let error = Judged::by(&plan, &record, &stated(from_d, to_d)).err().unwrap().to_string();
+        assert!(error.contains(says), "{error}");
+    }
 }
 
 /// What only `tests/all` runs.
@@ -216,6 +277,44 @@ mod slow {
         assert!(after.coverage >= 0.88 && after.least_coverage >= 0.6, "{after:?}");
         assert!(before.angle_coverage >= 0.85 && after.angle_coverage >= 0.85, "{before} {after}");
         assert!(before.least_angle_coverage >= 0.6 && after.least_angle_coverage >= 0.6, "{before} {after}");
+    }
+
+    #[test]
+    fn intervals_after_unstated_outage_with_new_machine_hold() {
+        let all = judged(overhauled());
+        summary("before an outage", &all, all.iter().map(|j| j.before.clone()));
+        let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
+        println!("after an outage, {after}");
+        assert!(after.coverage >= 0.85 && after.angle_coverage >= 0.85, "{after}");
+        let is_restart = |j: &&Judged| matches!(j.events(), [one] if one.scope.restart);
+        assert!(all.iter().all(|j| j.finds_its_event()), "an outage without an event");
+        assert!(all.iter().filter(is_restart).count() >= 7, "fewer than 7 of 8 restarts");
+    }
+
+    #[test]
+    fn intervals_after_probe_gain_changed_hold() {
+        let all = judged(gains());
+        summary("before a probe's gain", &all, all.iter().map(|j| j.before.clone()));
+        let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
+        println!("after a probe's gain, {after}");
+        assert!(after.coverage >= 0.85 && after.angle_coverage >= 0.85, "{after}");
+        let told = all.iter().filter(|j| j.events().iter().chain(j.possible()).any(|e| e.scope.is_gain()));
+        // the motion of the bearings hides a gain from some of the records
+        assert!(told.count() >= 6, "fewer than 6 of 8 gains");
+    }
+
+    #[test]
+    fn intervals_after_turned_phase_reference_hold() {
+        let all = judged(turned());
+        summary("before a turned phase reference", &all, all.iter().map(|j| j.before.clone()));
+        let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
+        println!("after a turned phase reference, {after}");
+        assert!(after.coverage >= 0.85 && after.angle_coverage >= 0.85, "{after}");
+        for j in &all {
+            let [one] = j.events() else { panic!("{}", j.line()) };
+            assert_eq!(one.scope.instrument, Some(Instrument::PhaseReference), "{}", j.line());
+            assert!((one.factor.arg().to_degrees() - 15.0).abs() < 5.0, "{one:?}");
+        }
     }
 
     #[test]

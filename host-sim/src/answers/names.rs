@@ -1,7 +1,7 @@
 //! Names of coefficients, methods and events, as text, JSON and CSV share them.
 
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{Method, SamplerKind, Scope};
+use rotor_edge_desktop::track::{Instrument, Method, SamplerKind, Scope};
 
 /// Names of the eight coefficients, in the order of phase I.
 pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
@@ -24,12 +24,26 @@ pub fn method_name(method: Method) -> &'static str {
     }
 }
 
+/// Kind of an event: `machine`, `restart`, `probe gain` or `keyphasor`.
+pub fn kind_name(scope: Scope) -> &'static str {
+    match scope.instrument {
+        Some(Instrument::Gain(_)) => "probe gain",
+        Some(Instrument::PhaseReference) => "keyphasor",
+        None if scope.restart => "restart",
+        None => "machine",
+    }
+}
+
 /// What an event changed, in words.
 pub fn scope_name(rotor: &Rotor, scope: Scope) -> String {
     let bearings = rotor.bearing.iter().zip(scope.bearings).filter(|(_, changed)| *changed);
     let mut parts: Vec<String> = bearings.map(|(b, _)| format!("bearing {}", b.name)).collect();
     parts.extend(scope.unbalance.then(|| "the unbalance".to_string()));
     parts.extend(scope.elsewhere.then(|| "the machine between its bearings".to_string()));
+    parts.extend(scope.instrument.map(|instrument| match instrument {
+        Instrument::Gain(p) => format!("the gain of probe {}", rotor.probe[p].name),
+        Instrument::PhaseReference => "the keyphasor".to_string(),
+    }));
     parts.join(" and ")
 }
 

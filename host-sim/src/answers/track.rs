@@ -4,14 +4,14 @@ use nalgebra::Complex;
 use rotor_edge_desktop::interval::interval_95;
 use rotor_edge_desktop::machine::drawing::{Plane, Rotor};
 use rotor_edge_desktop::track::{
-    CaseFit, ConstantPart, CredibleIntervals, Event, Flag, FlagCause, JointFindings, Quality,
-    ReadingEstimate, Reidentified, SamplerKind, Sampling, Track,
+    CaseFit, ConstantPart, CredibleIntervals, Event, Flag, FlagCause, Instrument, JointFindings, Quality,
+    ReadingEstimate, Reidentified, SamplerKind, Sampling, SecondSpeed, Track,
 };
 use rotor_edge_desktop::unbalance::{G_MM, static_and_dynamic};
 use serde::Serialize;
 
 use super::compare::ResidualAnswer;
-use super::names::{coefficient_names, method_name, sampler_name, scope_name};
+use super::names::{coefficient_names, kind_name, method_name, sampler_name, scope_name};
 use super::shared::{ByName, PlaneUnbalance, UnbalanceAnswer, ZERO_TO_PEAK};
 
 /// The unbalance of a long record while bearings change.
@@ -54,7 +54,7 @@ pub struct ReductionAnswer {
     pub after_event: Option<f64>,
 }
 
-/// A residual that stayed high; ``cause`` is model or unbalance.
+/// A residual that stayed high; ``cause`` is model, unbalance or instrument.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FlagAnswer {
     pub since_d: f64,
@@ -156,10 +156,25 @@ pub struct EventAnswer {
     pub time: Option<String>,
     pub interval_95_d: [f64; 2],
     pub changed: String,
+    /// machine, restart (bearings and unbalance are new after an outage), probe gain or keyphasor.
+    pub kind: &'static str,
+    /// Gain of the probe after it over that before, of a probe gain.
+    pub gain: Option<f64>,
+    /// Angle by which all probes are turned, of a keyphasor.
+    pub turn_deg: Option<f64>,
+    /// Whether it is an outage that was stated; its evidence is not judged and is 0.
+    pub stated: bool,
     pub log_evidence: f64,
     /// Whether the machine changed between its bearings.
     #[serde(skip)]
     pub is_elsewhere: bool,
+}
+
+/// An event with too little evidence to be claimed; intervals are the mixture with it and without it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PossibleEventAnswer {
+    pub event: EventAnswer,
+    pub probability: f64,
 }
 
 /// The constant part of a coefficient, N/m or N·s/m.
@@ -181,16 +196,44 @@ pub struct StateAnswer {
     pub bearings: Vec<ConstantAnswer>,
 }
 
+/// What a second reading a day at another speed would give after some days of readings. Half-widths (95 %) are those of a
+/// component of the planes' unbalance, rms over the planes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SecondSpeedAnswer {
+    pub speed_rpm: f64,
+    pub days: f64,
+    pub half_width_g_mm: f64,
+    /// The same with readings at the record's speed alone.
+    pub without_g_mm: f64,
+    pub gain_g_mm: f64,
+}
+
+impl From<&SecondSpeed> for SecondSpeedAnswer {
+    fn from(advice: &SecondSpeed) -> Self {
+        let (half_width_g_mm, without_g_mm) = (advice.half_width_kg_m * G_MM, advice.without_kg_m * G_MM);
+        Self {
+            speed_rpm: advice.speed_rpm,
+            days: advice.days,
+            half_width_g_mm,
+            without_g_mm,
+            gain_g_mm: without_g_mm - half_width_g_mm,
+        }
+    }
+}
+
 /// What all days together say.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JointAnswer {
     pub events: Vec<EventAnswer>,
+    pub possible_events: Vec<PossibleEventAnswer>,
     pub states: Vec<StateAnswer>,
     /// Standard deviation of what comes and goes over the value.
     pub wander_relative_sd: ByName<f64>,
     pub wander_days: f64,
     pub left_out_d: Vec<f64>,
     pub effects: Vec<String>,
+    /// The second speed that helps most; None where the record has several, or none helps.
+    pub second_speed: Option<SecondSpeedAnswer>,
 }
 
 /// The moment of a day in ISO 8601, where it is known.
@@ -248,6 +291,7 @@ impl FlagAnswer {
             cause: match flag.cause {
                 FlagCause::Model => "model",
                 FlagCause::Unbalance => "unbalance",
+                FlagCause::Instrument => "instrument",
             },
         }
     }
@@ -351,8 +395,18 @@ impl JointAnswer {
             time: moment(e.time_d),
             interval_95_d: [e.interval_d.low, e.interval_d.high],
             changed: scope_name(rotor, e.scope),
+            kind: kind_name(e.scope),
+            gain: e.scope.is_gain().then(|| e.factor.norm()),
+            turn_deg: matches!(e.scope.instrument, Some(Instrument::PhaseReference))
+                .then(|| e.factor.arg().to_degrees()),
+            stated: e.stated,
             log_evidence: e.evidence,
             is_elsewhere: e.scope.elsewhere,
+        };
+        // over a record an event is taken to be as probable as none
+        let possible = |e: &Event| PossibleEventAnswer {
+            event: event(e),
+            probability: 1.0 / (1.0 + (-e.evidence).exp()),
         };
         let constant = |(name, c): (&String, &ConstantPart)| ConstantAnswer {
             name: name.clone(),
@@ -367,11 +421,13 @@ impl JointAnswer {
         };
         Self {
             events: joint.events.iter().map(event).collect(),
+            possible_events: joint.possible.iter().map(possible).collect(),
             states: joint.constants.iter().map(state).collect(),
             wander_relative_sd: names.iter().cloned().zip(joint.walk_sd.iter().copied()).collect(),
             wander_days: joint.walk_days,
             left_out_d: joint.left_out_d.clone(),
             effects: joint.effects.clone(),
+            second_speed: joint.second_speed.as_ref().map(SecondSpeedAnswer::from),
         }
     }
 }

@@ -29,7 +29,7 @@ class Reduction(Record):
 
 @dataclass(frozen=True, eq=False)
 class Flag(Record):
-    """A residual that stayed high; ``cause`` is model or unbalance."""
+    """A residual that stayed high; ``cause`` is model, unbalance or instrument."""
 
     since_d: float
     time_d: float
@@ -103,7 +103,23 @@ class Event(Record):
     time: str | None
     interval_95_d: Array
     changed: str
+    kind: str
+    """machine, restart (bearings and unbalance are new after an outage), probe gain or keyphasor."""
+    gain: float | None
+    """Gain of the probe after it over that before, of a probe gain."""
+    turn_deg: float | None
+    """Angle by which all probes are turned, of a keyphasor."""
+    stated: bool
+    """Whether it is an outage that was stated; its evidence is not judged and is 0."""
     log_evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class PossibleEvent(Record):
+    """An event with too little evidence to be claimed; intervals are the mixture with it and without it."""
+
+    event: Event
+    probability: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,16 +144,32 @@ class State(Record):
 
 
 @dataclass(frozen=True, eq=False)
+class SecondSpeed(Record):
+    """What a second reading a day at another speed would give after some days of readings. Half-widths (95 %) are those of a
+    component of the planes' unbalance, rms over the planes."""
+
+    speed_rpm: float
+    days: float
+    half_width_g_mm: float
+    without_g_mm: float
+    """The same with readings at the record's speed alone."""
+    gain_g_mm: float
+
+
+@dataclass(frozen=True, eq=False)
 class Joint(Record):
     """What all days together say."""
 
     events: tuple[Event, ...]
+    possible_events: tuple[PossibleEvent, ...]
     states: tuple[State, ...]
     wander_relative_sd: dict[str, float]
     """Standard deviation of what comes and goes over the value."""
     wander_days: float
     left_out_d: Array
     effects: tuple[str, ...]
+    second_speed: SecondSpeed | None
+    """The second speed that helps most; None where the record has several, or none helps."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,5 +1,8 @@
 //! Results of the joint method.
 
+use nalgebra::Complex;
+
+use super::advice::SecondSpeed;
 use super::scope::Scope;
 use crate::forecast::filter_state::FilterState;
 use crate::track::answer::Interval;
@@ -16,6 +19,10 @@ pub struct Event {
     /// Logarithm of how much more probable the record is with it, on average over every day and every scope
     /// that were tried: by chance alone it is above `e` in at most `exp(−e)` of records.
     pub evidence: f64,
+    /// Whether it is the end of a stated outage, whose evidence is not judged.
+    pub stated: bool,
+    /// What an instrument shows after it over what it showed before; one of events in the machine.
+    pub factor: Complex<f64>,
 }
 
 /// Constant part of a bearing coefficient.
@@ -33,6 +40,9 @@ pub struct ConstantPart {
 #[derive(Debug, Clone)]
 pub struct JointFindings {
     pub events: Vec<Event>,
+    /// Events that may have taken place, with too little evidence to be claimed: intervals are the mixture with and without
+    /// them.
+    pub possible: Vec<Event>,
     /// The bearings' constants: first day of a state, and its coefficients.
     pub constants: Vec<(f64, Vec<ConstantPart>)>,
     /// Standard deviation of each coefficient's random walk, relative.
@@ -48,4 +58,6 @@ pub struct JointFindings {
     /// Filtered state on the day of each estimate, for magnitude (g·mm) and angle (degrees) of the static and then of the
     /// dynamic unbalance. A forecast may use it, as it contains no later data.
     pub filter_states: Vec<[FilterState; 4]>,
+    /// What a second reading a day at another speed would give.
+    pub second_speed: Option<SecondSpeed>,
 }

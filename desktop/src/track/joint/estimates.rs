@@ -4,11 +4,11 @@ use nalgebra::Complex;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::answer::{ConstantPart, JointFindings};
+use super::conclude::SmoothedHistory;
 use super::coordinate::Coordinate;
 use super::kalman::Gaussian;
 use super::passes::JointProblem;
 use super::scope::Scope;
-use super::search::SmoothedHistory;
 use super::state::Layout;
 use crate::statistics::interval::HALF_95;
 use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, Reidentified};
@@ -61,11 +61,15 @@ impl Tracking<'_> {
         for (event, k) in found.events.iter().zip(&found.at) {
             let states = [k - 1, *k].map(|k| &found.smoothed[k].mean);
             let [before, after] = states.map(|x| layout.constant_logs(x));
-            let suspect = match event.scope.elsewhere {
+            let suspect = match event.scope.has_factors() {
                 true => self.most_changed(states.map(|x| layout.factor(x))),
                 false => suspect(event.scope, &before, &after),
             };
-            let cause = if event.scope.is_of_model() { FlagCause::Model } else { FlagCause::Unbalance };
+            let cause = match event.scope {
+                scope if scope.instrument.is_some() => FlagCause::Instrument,
+                scope if scope.is_of_model() => FlagCause::Model,
+                _ => FlagCause::Unbalance,
+            };
             run.flags.push(Flag { since_d: event.time_d, time_d: event.time_d, suspect, cause });
             if event.scope.bearings.contains(&true) {
                 let both = event.scope.bearings == [true; 2];
@@ -90,9 +94,11 @@ impl Tracking<'_> {
                 .map(|(_, d)| d.time_d)
                 .collect(),
             events: found.events.clone(),
+            possible: found.possible.clone(),
             effects,
             settled: found.settled,
             filter_states,
+            second_speed: None,
         };
         (run, joint)
     }

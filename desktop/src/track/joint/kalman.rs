@@ -13,13 +13,15 @@ pub struct Gaussian {
     pub covariance: DMatrix<f64>,
 }
 
-/// One step in time: `x → F x + noise of covariance Q`.
+/// One step in time: `x → F x + s + noise of covariance Q`.
 #[derive(Debug, Clone)]
 pub struct Transition {
     /// Diagonal of F.
     pub keep: DVector<f64>,
     /// Off-diagonal entries of F: row, column, value.
     pub reach: Vec<(usize, usize, f64)>,
+    /// Constant part s of the step.
+    pub shift: DVector<f64>,
     /// Covariance Q of the noise.
     pub noise: DMatrix<f64>,
 }
@@ -51,9 +53,9 @@ impl Transition {
         moved
     }
 
-    /// `F x` of a state.
+    /// `F x + s` of a state.
     fn moved(&self, x: &DVector<f64>) -> DVector<f64> {
-        let mut moved = x.component_mul(&self.keep);
+        let mut moved = x.component_mul(&self.keep) + &self.shift;
         self.reach.iter().for_each(|(to, from, share)| moved[*to] += share * x[*from]);
         moved
     }
@@ -193,7 +195,12 @@ mod tests {
         let (q, r, measured) = (0.3, 0.5, [1.0, 1.4, 0.2, 0.9, 2.0]);
         let n = measured.len();
         let one = |v: f64| DMatrix::from_element(1, 1, v);
-        let step = Transition { keep: DVector::from_element(1, 1.0), reach: Vec::new(), noise: one(q) };
+        let step = Transition {
+            keep: DVector::from_element(1, 1.0),
+            reach: Vec::new(),
+            shift: DVector::zeros(1),
+            noise: one(q),
+        };
         let mut at = Gaussian { mean: DVector::zeros(1), covariance: one(4.0) };
         let (mut visits, mut log_likelihood) = (Vec::new(), 0.0);
         for (k, y) in measured.iter().enumerate() {
@@ -237,6 +244,7 @@ mod tests {
         let step = Transition {
             keep: DVector::from_row_slice(&[1.0, 0.8]),
             reach: vec![(0, 1, 0.9)],
+            shift: DVector::zeros(2),
             noise: DMatrix::from_diagonal(&DVector::from_row_slice(&[0.1, 0.2])),
         };
         let transition = DMatrix::from_row_slice(2, 2, &[1.0, 0.9, 0.0, 0.8]);

@@ -16,7 +16,10 @@
 //! likelihood; the filter runs for each scope. Scopes that are not ruled out widen the intervals. A single impossible
 //! reading is left out as a disturbance.
 
+mod absorbed;
+mod advice;
 mod answer;
+mod conclude;
 mod coordinate;
 mod estimates;
 mod filter_states;
@@ -24,6 +27,7 @@ mod kalman;
 mod learn;
 mod motion;
 mod passes;
+mod restart;
 mod scan;
 mod scope;
 mod search;
@@ -31,8 +35,9 @@ mod state;
 
 use nalgebra::{Complex, DVector};
 
+pub use advice::SecondSpeed;
 pub use answer::{ConstantPart, Event, JointFindings};
-pub use scope::Scope;
+pub use scope::{Instrument, Scope};
 
 use super::answer::ReadingEstimate;
 use super::daily::{TrackedRecord, Tracking};
@@ -44,8 +49,8 @@ use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
 use coordinate::{Coordinate, size};
 use learn::Learning;
-use motion::ProcessModel;
 use passes::{Epoch, JointProblem};
+use restart::Restarts;
 use search::EventHistory;
 use state::Layout;
 
@@ -60,30 +65,31 @@ pub struct LaterRunup<'a> {
 }
 
 impl Tracking<'_> {
-    /// All days together; `runup` is of the first day, `later` of days after an event.
+    /// All days of the record together; `runup` is of the first day, `later` of days after an event.
     ///
     /// # Errors
     /// If the machine is singular on its bearings, or a later run-up cannot be diagnosed.
     pub fn joint(
         &self,
+        record: &[Reading],
         runup: &[Reading],
         later: &[LaterRunup],
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<(TrackedRecord, JointFindings), Error> {
-        let start = self.adaptive(&mut |_, _| ());
+        let mut start = self.adaptive(&mut |_, _| ()).estimates;
         let begun = self.phase_one.as_ref().map_or_else(|| self.rotor.clone(), |p| p.rotor.clone());
         let mut problem = self.problem(&begun, runup)?;
+        let windows = self.steps(problem.own().map(|(k, _)| k));
+        let Restarts { stated, parts } = self.restarts(record, &windows)?;
+        let restarted: Vec<usize> = parts.iter().map(|part| part.epoch).collect();
+        parts.into_iter().for_each(|part| part.replace_in(&mut start));
         let linearised_at = self.first_guess(&mut problem, &start);
+        problem.add_restarts(&restarted, &logs_of(self.rotor), &linearised_at);
         let singular = || Error::SingularMachine { tried: "on the bearings of the record" };
         let mut learning = Learning::new(progress);
-        let windows = self.steps(problem.own().map(|(k, _)| k));
-        let mut history = EventHistory::new(
-            ProcessModel::first(problem.layout.coefficients, problem.pace_d),
-            windows,
-            linearised_at,
-        );
+        let mut history = EventHistory::new(&problem, windows, &stated, linearised_at);
         problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
-        let mut effects = Vec::new();
+        let (mut effects, mut now) = (Vec::new(), begun.clone());
         for l in later {
             // days before the event are described without the effect, so that it can be nowhere else
             let since = history.hold(|k| problem.epochs[k].time_d <= l.time_d);
@@ -91,12 +97,15 @@ impl Tracking<'_> {
             let found = improve(&begun, l.readings, |_: &Added| ())?;
             effects.extend(found.steps.iter().map(|s| s.added.label()));
             self.describe_anew(&mut problem, &mut history.linearised_at, &found.rotor, since, l)?;
+            now = found.rotor;
         }
         if !later.is_empty() {
             problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
         }
         let found = problem.conclude(history, &mut learning).ok_or_else(singular)?;
-        Ok(self.estimates(&problem, &found, effects))
+        let (run, mut findings) = self.estimates(&problem, &found, effects);
+        findings.second_speed = self.second_speed(&problem, &found, &now);
+        Ok((run, findings))
     }
 
     fn problem(&self, begun: &Rotor, runup: &[Reading]) -> Result<JointProblem, Error> {
@@ -121,14 +130,14 @@ impl Tracking<'_> {
             // without a run-up phase I's bearings are little more than the file's: the prior is the file's
             guess: if runup.is_empty() { logs_of(self.rotor) } else { self.logs.clone() },
             described: Vec::new(),
+            restarts: Vec::new(),
         })
     }
 
-    /// States to linearise around at first, the bearings of method 2 and its unbalance smoothed; and by that the
+    /// States to linearise around at first, the bearings of these estimates and their unbalance smoothed; and by that the
     /// coordinates in which the unbalance drifts.
-    fn first_guess(&self, problem: &mut JointProblem, start: &TrackedRecord) -> Vec<DVector<f64>> {
+    fn first_guess(&self, problem: &mut JointProblem, all: &[ReadingEstimate]) -> Vec<DVector<f64>> {
         const BESIDE: usize = 7;
-        let all = &start.estimates;
         let index = |epoch: &Epoch| all.partition_point(|e| e.time_d < epoch.time_d).min(all.len() - 1);
         let mean = |k: usize, j: usize| {
             let near = &all[k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(all.len())];

@@ -1,16 +1,18 @@
 //! The record as the filter sees it, and runs of filter and smoother along it.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::kalman::{BackwardPass, FilterStep, Gaussian, Innovation, Transition, later};
 use super::motion::ProcessModel;
-use super::scope::EventAt;
+use super::scope::{EventAt, Scope};
 use super::state::{Layout, LinearReading};
 use crate::machine::drawing::Noise;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
+
+type C = Complex<f64>;
 
 /// Probability that a reading of a machine without an event is called an outlier.
 const CHANCE: f64 = 1e-6;
@@ -47,6 +49,18 @@ pub struct JointProblem {
     pub guess: Logs,
     /// Epochs at which a later run-up replaces the model of the machine.
     pub described: Vec<usize>,
+    pub restarts: Vec<Restart>,
+}
+
+/// What a machine may be that is new after an outage.
+pub struct Restart {
+    /// The first epoch after the outage.
+    pub epoch: usize,
+    /// Prior means of the bearings and of the unbalance's coordinates.
+    pub logs: Logs,
+    pub coordinates: Vec<C>,
+    /// Points to linearise around at first, from its epoch on.
+    pub points: Vec<DVector<f64>>,
 }
 
 /// A run of the filter at convergence, and its linearisation points.
@@ -78,6 +92,11 @@ impl Pass {
 }
 
 impl JointProblem {
+    /// The restart at an epoch, if the scope is one.
+    pub fn restart_at(&self, epoch: usize, scope: Scope) -> Option<&Restart> {
+        self.restarts.iter().find(|r| scope.restart && r.epoch == epoch)
+    }
+
     /// The filter along the record, linearised around these states.
     pub fn filter(
         &self,
@@ -109,7 +128,10 @@ impl JointProblem {
             if k > 0 {
                 let paces = (epoch.time_d - self.epochs[k - 1].time_d) / self.pace_d;
                 let scope = changes.iter().find(|(at, _)| *at == k).map(|(_, scope)| *scope);
-                let step = layout.step(paces, motion, scope, self.described.contains(&k));
+                let step = match scope.and_then(|scope| self.restart_at(k, scope)) {
+                    Some(restart) => layout.restart(&restart.logs, &restart.coordinates, motion),
+                    None => layout.step(paces, motion, scope, self.described.contains(&k)),
+                };
                 at = at.predicted(&step);
                 pass.steps.push(step);
             }
@@ -169,6 +191,7 @@ impl JointProblem {
         let own = |s: &Transition| Transition {
             keep: s.keep.rows(at, all).into_owned(),
             reach: Vec::new(),
+            shift: s.shift.rows(at, all).into_owned(),
             noise: part(&s.noise),
         };
         let steps: Vec<Transition> = pass.steps.iter().map(own).collect();

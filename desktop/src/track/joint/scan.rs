@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::kalman::BackwardPass;
 use super::scope::Scope;
-use super::state::Layout;
+use super::state::{Layout, Shock};
 use crate::track::answer::Interval;
 
 /// False-alarm probability for a record.
@@ -24,20 +24,38 @@ const CHANCE: f64 = 0.01;
 /// Share of the probability that an interval of days leaves out at either end.
 const TAIL: f64 = 0.025;
 
-/// Logarithms of the Bayes factors, by epoch and by scope in the order of [`Scope::ALL`]; empty where no event is possible.
+/// Logarithms of the Bayes factors, by epoch and by scope; empty where no event is possible.
 pub struct Scan {
+    scopes: Vec<Scope>,
     gains: Vec<Vec<f64>>,
 }
 
 impl Scan {
     /// From the backward pass at each epoch's prediction, for epochs in a range.
     pub fn new(layout: &Layout, later: &[BackwardPass], epochs: &Range<usize>) -> Self {
-        let jumps = Scope::ALL.map(|scope| layout.jump(scope));
+        let scopes = Scope::all(layout.probes);
+        let jumps: Vec<Vec<Shock>> = scopes.iter().map(|scope| layout.jump(*scope)).collect();
         let of = |(k, later): (usize, &BackwardPass)| {
             let possible = k > 0 && epochs.contains(&k);
             jumps.iter().filter(|_| possible).map(|jump| gain(later, jump)).collect()
         };
-        Self { gains: later.par_iter().enumerate().map(of).collect() }
+        Self { gains: later.par_iter().enumerate().map(of).collect(), scopes }
+    }
+
+    /// The same for some scopes alone; the others count as tried in vain.
+    pub fn only(mut self, is_meant: impl Fn(Scope) -> bool) -> Self {
+        for gains in &mut self.gains {
+            for (gain, scope) in gains.iter_mut().zip(&self.scopes) {
+                *gain = if is_meant(*scope) { *gain } else { f64::NEG_INFINITY };
+            }
+        }
+        self
+    }
+
+    /// The best scope of those for which this holds, at an epoch.
+    pub fn best_scope(&self, epoch: usize, is_meant: impl Fn(Scope) -> bool) -> Option<Scope> {
+        let all = self.scopes.iter().zip(self.gains.get(epoch)?).filter(|(scope, _)| is_meant(**scope));
+        all.max_by(|a, b| a.1.total_cmp(b.1)).map(|(scope, _)| *scope)
     }
 
     /// The most probable epoch, and the gain of the best scope there.
@@ -51,7 +69,7 @@ impl Scan {
     pub fn evidence(&self, of_best: f64, epochs: usize) -> f64 {
         let best = self.best().map_or(0.0, |b| b.1);
         let sum: f64 = self.gains.iter().flatten().map(|gain| (gain - best).exp()).sum();
-        of_best + sum.ln() - ((epochs * Scope::ALL.len()) as f64).ln()
+        of_best + sum.ln() - ((epochs * self.scopes.len()) as f64).ln()
     }
 
     /// Central interval of the epoch over all scopes, with a uniform prior.
@@ -81,13 +99,14 @@ pub fn days(time_d: impl Fn(usize) -> f64, epochs: (usize, usize)) -> Interval {
     Interval { low: time_d(epochs.0), high: time_d(epochs.1) }
 }
 
-/// Logarithm of the Bayes factor of a shock to these components with these variances.
-fn gain(later: &BackwardPass, jump: &[(usize, f64)]) -> f64 {
-    let sd: Vec<f64> = jump.iter().map(|(_, variance)| variance.sqrt()).collect();
-    let score = DVector::from_fn(jump.len(), |i, _| sd[i] * later.score[jump[i].0]);
+/// Logarithm of the Bayes factor of independent shocks.
+fn gain(later: &BackwardPass, jump: &[Shock]) -> f64 {
+    let score =
+        DVector::from_fn(jump.len(), |i, _| jump[i].iter().map(|(at, sd)| sd * later.score[*at]).sum());
     let spread = DMatrix::from_fn(jump.len(), jump.len(), |i, j| {
         let own = if i == j { 1.0 } else { 0.0 };
-        own + sd[i] * later.information[(jump[i].0, jump[j].0)] * sd[j]
+        let pairs = jump[i].iter().flat_map(|a| jump[j].iter().map(move |b| (a, b)));
+        own + pairs.map(|((k, a), (l, b))| a * later.information[(*k, *l)] * b).sum::<f64>()
     });
     let Some(factor) = spread.cholesky() else { return f64::NEG_INFINITY };
     let log_det = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
@@ -111,6 +130,7 @@ mod tests {
                 let step = Transition {
                     keep: DVector::from_element(1, 1.0),
                     reach: Vec::new(),
+                    shift: DVector::zeros(1),
                     noise: one(0.1 + more),
                 };
                 at = at.predicted(&step);
@@ -133,26 +153,28 @@ mod tests {
         let (without, later) = walk(&measured, None);
         for k in 1..measured.len() {
             let with = walk(&measured, Some((k, 3.0))).0;
-            assert!((gain(&later[k], &[(0, 3.0)]) - (with - without)).abs() < 1e-10, "{k}");
+            assert!((gain(&later[k], &[vec![(0, 3.0_f64.sqrt())]]) - (with - without)).abs() < 1e-10, "{k}");
         }
     }
 
     #[test]
     fn evidence_corrects_for_number_of_trials() {
         let epochs = 1000;
-        let mut gains = vec![vec![0.0; Scope::ALL.len()]; epochs];
+        let scopes = Scope::all(4);
+        let mut gains = vec![vec![0.0; scopes.len()]; epochs];
         gains[500][1] = 10.0;
-        let scan = Scan { gains };
+        let scan = Scan { scopes, gains };
         assert_eq!(scan.best().map(|b| b.0), Some(500));
-        // e^10 among eight thousand tries is worth no more than four times nothing
+        // e^10 among thirteen thousand tries is worth no more than four times nothing
         assert!(!is_enough(scan.evidence(10.0, epochs)));
         assert!(is_enough(scan.evidence(20.0, epochs)));
     }
 
     #[test]
     fn epoch_interval_covers_likely_neighbours() {
-        let mut gains = vec![vec![-50.0; Scope::ALL.len()]; 100];
+        let scopes = Scope::all(4);
+        let mut gains = vec![vec![-50.0; scopes.len()]; 100];
         (gains[40][0], gains[41][0], gains[42][0]) = (19.0, 20.0, 19.5);
-        assert_eq!(Scan { gains }.epochs(), Some((40, 42)));
+        assert_eq!(Scan { scopes, gains }.epochs(), Some((40, 42)));
     }
 }

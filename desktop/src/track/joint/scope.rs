@@ -10,25 +10,56 @@ pub struct Scope {
     /// Something between the bearings that changed bearings cannot represent near one speed: a seal or a bow. The
     /// unbalance is then assumed unchanged.
     pub elsewhere: bool,
+    /// An instrument; the machine is then assumed unchanged.
+    pub instrument: Option<Instrument>,
+    /// Bearings and unbalance start again from wide priors, as after an outage; nothing of them is known from before.
+    pub restart: bool,
+}
+
+/// Instrument that an event changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instrument {
+    /// Gain of a probe, by its number.
+    Gain(usize),
+    /// Phase reference, which turns all probes alike.
+    PhaseReference,
 }
 
 /// An event at an epoch.
 pub type EventAt = (usize, Scope);
 
 impl Scope {
-    pub const ALL: [Self; 8] = [
+    /// Scopes of events in the machine.
+    pub const MACHINE: [Self; 8] = [
         Self::new([false, false], true),
         Self::new([true, false], false),
         Self::new([false, true], false),
         Self::new([true, false], true),
         Self::new([false, true], true),
         Self::new([true, true], false),
-        Self::new([true, true], true),
+        Self::WHOLE,
         Self { elsewhere: true, ..Self::new([false, false], false) },
     ];
 
+    /// All bearings and the unbalance: covers any event in the machine whose scope is not yet known.
+    pub const WHOLE: Self = Self::new([true, true], true);
+
+    /// A machine that is new after an outage.
+    pub const RESTART: Self = Self { restart: true, ..Self::WHOLE };
+
     const fn new(bearings: [bool; 2], unbalance: bool) -> Self {
-        Self { bearings, unbalance, elsewhere: false }
+        Self { bearings, unbalance, elsewhere: false, instrument: None, restart: false }
+    }
+
+    const fn of_instrument(instrument: Instrument) -> Self {
+        Self { instrument: Some(instrument), ..Self::new([false, false], false) }
+    }
+
+    /// Every scope of an event at any time, on a machine with so many probes.
+    pub fn all(probes: usize) -> Vec<Self> {
+        let gains = (0..probes).map(Instrument::Gain);
+        let instruments = gains.chain([Instrument::PhaseReference]).map(Self::of_instrument);
+        Self::MACHINE.into_iter().chain(instruments).collect()
     }
 
     /// Number of free real parameters, for a machine with so many planes.
@@ -40,5 +71,14 @@ impl Scope {
     /// Whether the model of the machine changes.
     pub fn is_of_model(self) -> bool {
         self.elsewhere || self.bearings.contains(&true)
+    }
+
+    /// Whether the probes' factors change.
+    pub fn has_factors(self) -> bool {
+        self.elsewhere || self.instrument.is_some()
+    }
+
+    pub fn is_gain(self) -> bool {
+        matches!(self.instrument, Some(Instrument::Gain(_)))
     }
 }

@@ -5,13 +5,12 @@ use std::ops::Range;
 use nalgebra::{Complex, DVector};
 use rayon::prelude::*;
 
-use super::answer::Event;
-use super::kalman::Gaussian;
+use super::absorbed::PossibleHistory;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
-use super::passes::{ConvergedPass, JointProblem, Pass};
-use super::scan::{Scan, days, is_enough};
-use super::scope::{EventAt, Scope};
+use super::passes::{ConvergedPass, JointProblem};
+use super::scan::{Scan, is_enough};
+use super::scope::{EventAt, Instrument, Scope};
 use crate::track::daily::Tracking;
 use crate::track::record::Day;
 use crate::track::step::Steps;
@@ -23,26 +22,11 @@ const MOST_EVENTS: usize = 6;
 /// Outliers in a row that indicate an event.
 const IN_A_ROW: usize = 3;
 /// Scopes less probable than this relative to the best are ignored.
-const NEGLIGIBLE: f64 = 1e-3;
+pub(super) const NEGLIGIBLE: f64 = 1e-3;
 /// Most selections of all events in turn.
 const SELECTIONS: usize = 3;
 /// Most relocations of an event.
 const MOVES: usize = 5;
-/// All bearings and the unbalance may have changed: covers any event whose scope is not yet known.
-const WHOLE: Scope = Scope { bearings: [true; 2], unbalance: true, elsewhere: false };
-
-pub struct SmoothedHistory {
-    pub motion: ProcessModel,
-    pub pass: Pass,
-    pub smoothed: Vec<Gaussian>,
-    /// Smoothed states under other scopes of an event, each with its probability relative to this one.
-    pub rivals: Vec<(f64, Vec<Gaussian>)>,
-    pub events: Vec<Event>,
-    /// Epoch of each event.
-    pub at: Vec<usize>,
-    /// Whether expectation and maximisation converged.
-    pub settled: bool,
-}
 
 /// A step of the features: the epochs in which an event may have taken place, and the likeliest.
 #[derive(Debug, Clone)]
@@ -53,46 +37,68 @@ pub struct StepWindow {
 
 /// Present hypothesis of the search.
 pub struct EventHistory {
-    motion: ProcessModel,
+    pub(super) motion: ProcessModel,
     pub linearised_at: Vec<DVector<f64>>,
-    events: Vec<AssumedEvent>,
+    pub(super) events: Vec<AssumedEvent>,
     /// Epochs that were already searched.
     tried: Vec<Range<usize>>,
+    /// The same with one event more, which has too little evidence to be claimed.
+    pub(super) possible: Option<PossibleHistory>,
 }
 
 /// An event of the hypothesis.
-struct AssumedEvent {
-    change: EventAt,
-    held: bool,
-    evidence: f64,
-    interval: (usize, usize),
+pub(super) struct AssumedEvent {
+    pub(super) change: EventAt,
+    /// A later run-up shows it, so that its epoch is known.
+    pub(super) held: bool,
+    /// An outage that is stated: its epoch and its scope are known.
+    pub(super) stated: bool,
+    /// More probable than not, with too little evidence to be claimed.
+    pub(super) unclaimed: bool,
+    pub(super) evidence: f64,
+    pub(super) interval: (usize, usize),
     /// Other explanations, with the logarithm of their probability relative to the selected one.
-    rivals: Vec<(Rival, f64)>,
+    pub(super) rivals: Vec<(Rival, f64)>,
 }
 
 /// Another explanation of an event.
 #[derive(Debug, Clone, Copy)]
-enum Rival {
+pub(super) enum Rival {
     Scope(Scope),
+    /// There was none.
+    Absent,
     /// It changed something outside the model, so later readings say nothing of the unbalance, which may have drifted on.
     Unexplained,
 }
 
 impl AssumedEvent {
-    fn new(epoch: usize) -> Self {
-        let change = (epoch, WHOLE);
-        Self { change, held: false, evidence: 0.0, interval: (epoch, epoch), rivals: Vec::new() }
+    pub(super) fn new(epoch: usize, scope: Scope) -> Self {
+        Self {
+            change: (epoch, scope),
+            held: false,
+            stated: false,
+            unclaimed: false,
+            evidence: 0.0,
+            interval: (epoch, epoch),
+            rivals: Vec::new(),
+        }
     }
 
-    /// Possible scopes; an event with a later run-up is described by the model itself.
-    fn scopes(&self) -> Vec<Scope> {
-        Scope::ALL.into_iter().filter(|scope| !(self.held && scope.elsewhere)).collect()
+    /// Possible scopes, of the probes' gains only the likeliest by this scan; an event with a later run-up is described by
+    /// the model itself.
+    fn scopes(&self, problem: &JointProblem, scan: &Scan) -> Vec<Scope> {
+        let epoch = self.change.0;
+        let likeliest = scan.best_scope(epoch, Scope::is_gain);
+        let is_tried = |scope: &Scope| !scope.is_gain() || Some(*scope) == likeliest;
+        let all = Scope::all(problem.layout.probes).into_iter().filter(is_tried);
+        let restart = problem.restart_at(epoch, Scope::RESTART).map(|_| Scope::RESTART);
+        all.filter(|scope| !(self.held && scope.has_factors())).chain(restart).collect()
     }
 
     /// Possible epochs, of `count`: between the neighbouring events.
     fn epochs(&self, others: &[EventAt], count: usize) -> Range<usize> {
         let own = self.change.0;
-        if self.held {
+        if self.held || self.stated {
             return own..own + 1;
         }
         let before = others.iter().map(|o| o.0).filter(|o| *o < own).max().unwrap_or(0);
@@ -102,25 +108,49 @@ impl AssumedEvent {
 }
 
 impl EventHistory {
-    /// Initial hypothesis: an event of unknown scope in each window.
-    pub fn new(motion: ProcessModel, windows: Vec<StepWindow>, linearised_at: Vec<DVector<f64>>) -> Self {
+    /// Initial hypothesis: an event of unknown scope in each window, but a restart in those and at those epochs where it is
+    /// `stated` to be.
+    pub fn new(
+        problem: &JointProblem,
+        windows: Vec<StepWindow>,
+        stated: &[usize],
+        linearised_at: Vec<DVector<f64>>,
+    ) -> Self {
+        let restart =
+            |w: &StepWindow| problem.restarts.iter().map(|r| r.epoch).find(|epoch| w.epochs.contains(epoch));
+        let unstated = windows.iter().filter(|w| restart(w).is_none_or(|epoch| !stated.contains(&epoch)));
+        let found = unstated.map(|w| match restart(w) {
+            Some(epoch) => AssumedEvent::new(epoch, Scope::RESTART),
+            None => AssumedEvent::new(w.likely, Scope::WHOLE),
+        });
+        let known = stated
+            .iter()
+            .map(|epoch| AssumedEvent { stated: true, ..AssumedEvent::new(*epoch, Scope::RESTART) });
+        let mut events: Vec<AssumedEvent> = known.chain(found).collect();
+        // two windows may hold one restart
+        events.sort_by_key(|e| (e.change.0, !e.stated));
+        events.dedup_by_key(|e| e.change.0);
         Self {
-            motion,
+            motion: ProcessModel::first(problem.layout.coefficients, problem.pace_d),
             linearised_at,
-            events: windows.iter().map(|w| AssumedEvent::new(w.likely)).collect(),
+            events,
             tried: windows.into_iter().map(|w| w.epochs).collect(),
+            possible: None,
         }
     }
 
     /// Fixes the last event that may precede a time, at an epoch before that time; returns the epoch.
     pub fn hold(&mut self, is_before: impl Fn(usize) -> bool) -> Option<usize> {
         let event = self.events.iter_mut().filter(|e| is_before(e.interval.0)).max_by_key(|e| e.change.0)?;
-        (event.held, event.change.1) = (true, WHOLE);
-        event.change.0 = (event.interval.0..=event.change.0).rev().find(|k| is_before(*k))?;
+        event.held = true;
+        if !event.change.1.restart {
+            event.change.1 = Scope::WHOLE;
+            event.change.0 = (event.interval.0..=event.change.0).rev().find(|k| is_before(*k))?;
+        }
         Some(event.change.0)
     }
 
-    fn changes(&self) -> Vec<EventAt> {
+    pub(super) fn changes(&self) -> Vec<EventAt> {
         self.events.iter().map(|e| e.change).collect()
     }
 
@@ -166,68 +196,18 @@ impl JointProblem {
         loop {
             self.settle_selection(history)?;
             self.learn_from(history, learning, Until::Rough)?;
-            let missed = self.missed(history)?;
-            let Some((missed, epochs)) = missed.filter(|_| history.events.len() < most) else {
+            if history.events.len() >= most {
                 return Some(());
-            };
-            history.tried.push(epochs);
-            history.events.push(AssumedEvent::new(missed));
-            // the random walk was learned too large, as it had to absorb the event
-            self.learn_from(history, learning, Until::Rough)?;
+            }
+            if let Some((missed, epochs)) = self.missed(history)? {
+                history.tried.push(epochs);
+                history.events.push(AssumedEvent::new(missed, Scope::WHOLE));
+                // the random walk was learned too large, as it had to absorb the event
+                self.learn_from(history, learning, Until::Rough)?;
+            } else if !self.find_absorbed(history, learning)? {
+                return Some(());
+            }
         }
-    }
-
-    /// The most probable history with the converged process model.
-    pub fn conclude(&self, mut history: EventHistory, learning: &mut Learning) -> Option<SmoothedHistory> {
-        self.learn_from(&mut history, learning, Until::Settled)?;
-        let changes = history.changes();
-        let (pass, _) = self.converge(&history.motion, &changes, &history.linearised_at, true)?;
-        let mut smoothed = pass.smoothed(&pass.later());
-        self.smooth_walk_again(&history.motion, &pass, &mut smoothed)?;
-        let rivals = self.rivals(&history, &pass.impossible)?;
-        history.events.sort_by_key(|e| e.change.0);
-        let time_d = |k: usize| self.epochs[k].time_d;
-        let event = |e: &AssumedEvent| Event {
-            time_d: time_d(e.change.0),
-            interval_d: days(time_d, e.interval),
-            scope: e.change.1,
-            evidence: e.evidence,
-        };
-        Some(SmoothedHistory {
-            events: history.events.iter().map(event).collect(),
-            at: history.events.iter().map(|e| e.change.0).collect(),
-            settled: !learning.gave_up,
-            motion: history.motion,
-            pass,
-            smoothed,
-            rivals,
-        })
-    }
-
-    /// Smoothed states under each other explanation of an event, with its relative probability.
-    fn rivals(&self, history: &EventHistory, impossible: &[bool]) -> Option<Vec<(f64, Vec<Gaussian>)>> {
-        let of = |i: usize| history.events[i].rivals.iter().map(move |(rival, log)| (i, *rival, log.exp()));
-        let all: Vec<(usize, Rival, f64)> = (0..history.events.len()).flat_map(of).collect();
-        let one = |(i, rival, weight): (usize, Rival, f64)| {
-            let mut changes = history.changes();
-            let epoch = changes[i].0;
-            let pass = match rival {
-                Rival::Scope(scope) => {
-                    changes[i].1 = scope;
-                    let from = self.begin_with(scope, epoch, &history.linearised_at);
-                    self.converge(&history.motion, &changes, &from, true)?.0
-                }
-                Rival::Unexplained => {
-                    changes.retain(|(at, _)| *at < epoch);
-                    let unread: Vec<bool> =
-                        (0..).zip(impossible).map(|(k, out)| k >= epoch || *out).collect();
-                    let at = &history.linearised_at;
-                    self.filter_of(&self.layout, &history.motion, &changes, at, Some(&unread))?
-                }
-            };
-            Some((weight, pass.smoothed(&pass.later())))
-        };
-        all.into_par_iter().map(one).collect()
     }
 
     /// Selects events until each is selected beside all the others: one that was selected beside an event now moved or
@@ -247,6 +227,10 @@ impl JointProblem {
     fn select_events(&self, history: &mut EventHistory) -> Option<()> {
         let mut i = 0;
         while i < history.events.len() {
+            if history.events[i].stated {
+                i += 1;
+                continue;
+            }
             let others = history.changes_without(i);
             let mut with =
                 self.converge(&history.motion, &history.changes(), &history.linearised_at, false)?;
@@ -263,12 +247,17 @@ impl JointProblem {
             }
             // scopes lie too far apart for one linearisation to compare them
             let epoch = history.events[i].change.0;
+            let assumed = history.events[i].change.1;
             let explained = |scope: Scope| {
                 let changes: Vec<EventAt> = others.iter().copied().chain([(epoch, scope)]).collect();
-                let from = self.begin_with(scope, epoch, &with.1);
+                // what begins at a restart already is near its optimum
+                let from = match scope.restart && assumed.restart {
+                    true => with.1.clone(),
+                    false => self.begin_with(scope, epoch, &with.1),
+                };
                 Some((scope, self.converge(&history.motion, &changes, &from, false)?))
             };
-            let scopes = history.events[i].scopes().into_par_iter();
+            let scopes = history.events[i].scopes(self, &scan).into_par_iter();
             let all: Vec<(Scope, ConvergedPass)> = scopes.map(explained).collect::<Option<_>>()?;
             let likelihoods: Vec<(Scope, f64)> = all.iter().map(|(s, w)| (*s, w.0.log_likelihood)).collect();
             let (scope, with) =
@@ -284,8 +273,9 @@ impl JointProblem {
             history.linearised_at = with.1;
             // with as many free parameters as one speed has features, any event fits: its unbalance is then no more credible
             // than one that drifts on unseen
-            let fits_anything =
-                scope.unbalance && scope.freedom(self.layout.planes.len()) >= 2 * self.layout.probes;
+            let fits_anything = scope.unbalance
+                && !scope.restart
+                && scope.freedom(self.layout.planes.len()) >= 2 * self.layout.probes;
             let event = &mut history.events[i];
             event.change.1 = scope;
             event.evidence = evidence;
@@ -315,11 +305,20 @@ impl JointProblem {
         all.into_iter().max_by(|a, b| a.0.log_likelihood.total_cmp(&b.0.log_likelihood))
     }
 
-    /// First linearisation points for an event of this scope at an epoch. An event elsewhere starts from the bearings and
-    /// unbalance before it; those of other scopes are too far off.
-    fn begin_with(&self, scope: Scope, epoch: usize, linearised_at: &[DVector<f64>]) -> Vec<DVector<f64>> {
+    /// First linearisation points for an event of this scope at an epoch. An event elsewhere or of an instrument starts
+    /// from the bearings and unbalance before it; those of other scopes are too far off.
+    pub(super) fn begin_with(
+        &self,
+        scope: Scope,
+        epoch: usize,
+        linearised_at: &[DVector<f64>],
+    ) -> Vec<DVector<f64>> {
         let mut points = linearised_at.to_vec();
-        if !scope.elsewhere {
+        if let Some(restart) = self.restart_at(epoch, scope) {
+            points.iter_mut().skip(epoch).zip(&restart.points).for_each(|(old, new)| old.clone_from(new));
+            return points;
+        }
+        if !scope.has_factors() {
             return points;
         }
         let before =
@@ -328,7 +327,7 @@ impl JointProblem {
             let shown = day.own.as_ref().and_then(|d| self.layout.shown(d, &before));
             let factors = day.own.iter().zip(shown).flat_map(|(d, shown)| d.measured_m.iter().zip(shown));
             let factors: Vec<C> = factors.map(|(y, shown)| y.map_or(1.0.into(), |y| y / shown)).collect();
-            *point = self.layout.with_factor(before.clone(), &factors);
+            *point = self.layout.with_factor(before.clone(), &restricted(scope, factors));
         }
         points
     }
@@ -363,8 +362,29 @@ impl JointProblem {
         Some(Some((epoch, from.min(epoch)..to.max(epoch) + 1)))
     }
 
-    fn learn_from(&self, history: &mut EventHistory, learning: &mut Learning, until: Until) -> Option<()> {
+    pub(super) fn learn_from(
+        &self,
+        history: &mut EventHistory,
+        learning: &mut Learning,
+        until: Until,
+    ) -> Option<()> {
         let changes = history.changes();
         learning.run(self, &mut history.motion, &mut history.linearised_at, &changes, until)
+    }
+}
+
+/// Factors that an event of this scope allows, nearest to these.
+fn restricted(scope: Scope, factors: Vec<C>) -> Vec<C> {
+    let count = factors.len() as f64;
+    match scope.instrument {
+        None => factors,
+        Some(Instrument::Gain(only)) => {
+            let gain = |(p, f): (usize, &C)| if p == only { C::from(f.norm()) } else { C::from(1.0) };
+            factors.iter().enumerate().map(gain).collect()
+        }
+        Some(Instrument::PhaseReference) => {
+            let turn = factors.iter().map(|f| f / f.norm()).sum::<C>() / count;
+            vec![C::from_polar(1.0, turn.arg()); factors.len()]
+        }
     }
 }

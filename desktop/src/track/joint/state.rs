@@ -6,7 +6,7 @@
 //! | its rate | two a plane | decays over days, with process noise |
 //! | bearings `m` | four logarithms a bearing | constant, but for events |
 //! | random walk `w` of the bearings | four logarithms a bearing | reverts to zero over days, with process noise |
-//! | factor of each probe | two a probe | one, but for events elsewhere than at the bearings |
+//! | factor of each probe | two a probe | one, but for events elsewhere than at the bearings or of an instrument |
 //!
 //! The bearings of a day are `m + w`. A probe's complex factor `exp(d)` multiplies the modelled response. Near one speed,
 //! with little change of the unbalance, a support or force that the model lacks has no other visible effect.
@@ -16,7 +16,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::coordinate::Coordinate;
 use super::kalman::{Gaussian, Transition};
 use super::motion::ProcessModel;
-use super::scope::{EventAt, Scope};
+use super::scope::{EventAt, Instrument, Scope};
 use crate::machine::drawing::Noise;
 use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 use crate::track::operating_point::Logs;
@@ -30,6 +30,14 @@ const FACTOR_SD: f64 = 0.5;
 /// Standard deviation of the unbalance's coordinate at the start, and of its jump at an event.
 const START_SD: f64 = 0.5;
 const JUMP_SD: f64 = 0.3;
+/// The same after an outage: of the logarithm of its size, and of an angle that may be any.
+const NEW_LOG_SD: f64 = 1.0;
+const NEW_ANGLE_SD: f64 = std::f64::consts::PI / 1.732_050_807_568_877_2;
+/// Standard deviation of a turned phase reference, rad: that of the effect `keyphasor_offset`.
+const TURN_SD: f64 = 1.0;
+
+/// A shock of unit variance: components that it changes together, each with its standard deviation.
+pub type Shock = Vec<(usize, f64)>;
 
 /// Layout of the state vector, and the coordinate of each plane's unbalance.
 #[derive(Debug, Clone)]
@@ -79,7 +87,7 @@ impl Layout {
 
     /// The layout for these events, with factors only if one needs them.
     pub fn for_changes(&self, changes: &[EventAt]) -> Self {
-        Self { has_factors: changes.iter().any(|(_, scope)| scope.elsewhere), ..self.clone() }
+        Self { has_factors: changes.iter().any(|(_, scope)| scope.has_factors()), ..self.clone() }
     }
 
     pub fn factor(&self, x: &DVector<f64>) -> Vec<C> {
@@ -170,17 +178,41 @@ impl Layout {
         Gaussian { mean: self.at(logs, &vec![C::from(0.0); self.planes.len()]), covariance }
     }
 
-    /// State components that an event of this scope changes, with the variance of each jump.
-    pub fn jump(&self, scope: Scope) -> Vec<(usize, f64)> {
+    /// Shocks of an event of this scope.
+    pub fn jump(&self, scope: Scope) -> Vec<Shock> {
         let bearings =
             (0..self.coefficients).filter(|i| scope.bearings[coefficient(*i, self.coefficients).0]);
         let unbalance = (0..self.flat()).filter(|_| scope.unbalance);
         let factors = (self.factors()..self.size()).filter(|_| scope.elsewhere);
+        let instrument = match scope.instrument {
+            None => Vec::new(),
+            Some(Instrument::Gain(p)) => vec![(self.factors() + 2 * p, FACTOR_SD)],
+            Some(Instrument::PhaseReference) => {
+                (0..self.probes).map(|p| (self.factors() + 2 * p + 1, TURN_SD)).collect()
+            }
+        };
         bearings
-            .map(|i| (self.bearings() + i, PRIOR_LOG_SD.powi(2)))
-            .chain(unbalance.map(|i| (i, JUMP_SD.powi(2))))
-            .chain(factors.map(|i| (i, FACTOR_SD.powi(2))))
+            .map(|i| vec![(self.bearings() + i, PRIOR_LOG_SD)])
+            .chain(unbalance.map(|i| vec![(i, JUMP_SD)]))
+            .chain(factors.map(|i| vec![(i, FACTOR_SD)]))
+            .chain((!instrument.is_empty()).then_some(instrument))
             .collect()
+    }
+
+    /// Transition to a machine that is new after an outage: `logs` and `coordinates` are its prior means. Instruments stay
+    /// as they were.
+    pub fn restart(&self, logs: &[f64], coordinates: &[C], motion: &ProcessModel) -> Transition {
+        let mut noise = self.start(logs, motion).covariance;
+        for (j, plane) in self.planes.iter().enumerate() {
+            let angle_sd = match plane {
+                Coordinate::Relative { .. } => NEW_ANGLE_SD,
+                Coordinate::Absolute { .. } => NEW_LOG_SD,
+            };
+            noise[(2 * j, 2 * j)] = NEW_LOG_SD.powi(2);
+            noise[(2 * j + 1, 2 * j + 1)] = angle_sd.powi(2);
+        }
+        let keep = DVector::from_fn(self.size(), |i, _| if i < self.factors() { 0.0 } else { 1.0 });
+        Transition { keep, reach: Vec::new(), shift: self.at(logs, coordinates), noise }
     }
 
     /// Transition over `paces`, with an event or without. If a new model `described` the machine in between, the factors
@@ -211,10 +243,13 @@ impl Layout {
         if described {
             keep.rows_mut(self.factors(), size - self.factors()).fill(0.0);
         }
-        for (i, variance) in event.iter().flat_map(|scope| self.jump(*scope)) {
-            noise[(i, i)] += variance;
+        for shock in event.iter().flat_map(|scope| self.jump(*scope)) {
+            for ((i, a), (j, b)) in shock.iter().flat_map(|one| shock.iter().map(move |other| (one, other))) {
+                noise[(*i, *j)] += a * b;
+            }
         }
-        Transition { keep, reach: (0..flat).map(|i| (i, flat + i, reach)).collect(), noise }
+        let reach = (0..flat).map(|i| (i, flat + i, reach)).collect();
+        Transition { keep, reach, shift: DVector::zeros(size), noise }
     }
 
     /// Calculated phasors of a state, m; `None` if the machine is singular there.

@@ -23,6 +23,8 @@ const DRIFT_SD: f64 = 0.0035;
 const ANGLE_SD: f64 = 0.006;
 /// Share of days without a reading.
 const MISSING: f64 = 0.02;
+/// Offset of the seeds of what an overhaul draws.
+const OVERHAULED: u64 = 10_000;
 /// Speeds of a run-up.
 const RUNUP_SPEEDS: usize = 51;
 
@@ -37,6 +39,13 @@ pub enum Change {
     Jump { plane: usize, factor: C },
     /// The shaft bends, m.
     Bow { height_m: f64 },
+    /// The machine comes back from an outage of so many days with other bearings, and with these sizes in its planes, g·mm, at
+    /// other angles.
+    Overhaul { outage_days: usize, sizes_g_mm: [f64; 2] },
+    /// A probe shows so many times the motion.
+    Gain { probe: usize, factor: f64 },
+    /// The phase reference is turned.
+    PhaseReference { turn_deg: f64 },
 }
 
 /// A machine that records are made for.
@@ -156,6 +165,8 @@ pub struct Record {
 struct Bearing {
     stiffness: [f64; 2],
     damping: [f64; 2],
+    /// The file's constants, k_xx k_yy c_xx c_yy.
+    made: [f64; 4],
     /// Of each coefficient (k_xx k_yy c_xx c_yy): all the same, unless they wander apart.
     wander: [Vec<f64>; 4],
     /// Change of each logarithm per unit of its wander.
@@ -190,9 +201,28 @@ impl Plan {
             let day = (time_d as usize).min(self.days - 1);
             u[day] + (u[(day + 1).min(self.days - 1)] - u[day]) * time_d.fract()
         };
+        let new_rad: Vec<f64> = {
+            let mut random = Random::new(self.seed + OVERHAULED);
+            rotor.plane.iter().map(|_| TAU * random.uniform()).collect()
+        };
         let jump = |plane: usize, time_d: f64| match self.event {
             Some((from, Change::Jump { plane: p, factor })) if p == plane && time_d >= from as f64 => factor,
+            Some((from, Change::Overhaul { sizes_g_mm, .. })) if time_d >= from as f64 => {
+                C::from_polar(sizes_g_mm[plane] * 1e-6, new_rad[plane]) / planes[plane][from]
+            }
             _ => C::from(1.0),
+        };
+        let factor = |probe: usize, time_d: f64| match self.event {
+            Some((from, _)) if time_d < from as f64 => C::from(1.0),
+            Some((_, Change::Gain { probe: p, factor })) if p == probe => C::from(factor),
+            Some((_, Change::PhaseReference { turn_deg })) => C::from_polar(1.0, turn_deg.to_radians()),
+            _ => C::from(1.0),
+        };
+        let stands = |time_d: f64| match self.event {
+            Some((from, Change::Overhaul { outage_days, .. })) => {
+                (from.saturating_sub(outage_days) as f64..from as f64).contains(&time_d)
+            }
+            _ => false,
         };
         let shot = |plane: usize, time_d: f64| match self.shot {
             Some((from, p, weight)) if p == plane && time_d >= from as f64 => weight,
@@ -204,13 +234,14 @@ impl Plan {
         };
         let (mut readings, mut unbalance_kg_m) = (Vec::new(), Vec::new());
         for (k, moment) in moments.iter().enumerate() {
-            if random.uniform() < MISSING {
+            if random.uniform() < MISSING || stands(moment.time_d) {
                 continue;
             }
             let speed_rpm = self.machine.speed_rpm * moment.speed * (1.0 + 0.0023 * random.normal());
             let machine = Model::finite_elements(&self.state(&rotor, &bearings, k, moment.time_d));
             let unbalance = unbalance_at(moment.time_d);
             let mut probes = measured(&machine, &rotor, speed_rpm, &unbalance, &mut random);
+            probes.iter_mut().enumerate().for_each(|(p, y)| *y = y.map(|y| y * factor(p, moment.time_d)));
             if self.lost > 0.0 {
                 probes.iter_mut().filter(|_| random.uniform() < self.lost).for_each(|y| *y = None);
             }
@@ -260,6 +291,7 @@ impl Plan {
 
     fn bearing(&self, rotor: &Rotor, index: usize, moments: &[Moment], random: &mut Random) -> Bearing {
         let own = rotor.bearing[index].constants().unwrap();
+        let made = [own.stiffness_n_m.xx, own.stiffness_n_m.yy, own.damping_n_s_m.xx, own.damping_n_s_m.yy];
         let mut scattered = |c: [f64; 2]| c.map(|c| c * (BEARINGS_SD * random.normal()).exp());
         let stiffness = scattered([own.stiffness_n_m.xx, own.stiffness_n_m.yy]);
         let damping = scattered([own.damping_n_s_m.xx, own.damping_n_s_m.yy]);
@@ -274,7 +306,7 @@ impl Plan {
             true => random.wander(moments, self.wander[index]),
             false => common.clone(),
         };
-        Bearing { stiffness, damping, wander: [0, 1, 2, 3].map(own), along }
+        Bearing { stiffness, damping, made, wander: [0, 1, 2, 3].map(own), along }
     }
 
     fn plane(&self, random: &mut Random) -> Vec<C> {
@@ -299,7 +331,7 @@ impl Plan {
             (law.damping_n_s_m.xx, law.damping_n_s_m.yy) = (b.damping[0] * cx, b.damping[1] * cy);
         }
         match self.event {
-            Some((from, change)) if time_d >= from as f64 => apply(change, &mut rotor, bearings),
+            Some((from, change)) if time_d >= from as f64 => apply(change, &mut rotor, bearings, self.seed),
             _ => {}
         }
         rotor
@@ -311,7 +343,7 @@ fn run_name(after: bool) -> &'static str {
     if after { "balanced" } else { "as found" }
 }
 
-fn apply(change: Change, rotor: &mut Rotor, bearings: &[Bearing]) {
+fn apply(change: Change, rotor: &mut Rotor, bearings: &[Bearing], seed: u64) {
     match change {
         Change::Bearing { index, stiffness, damping } => {
             let law = rotor.bearing[index].constants_mut().unwrap();
@@ -334,7 +366,19 @@ fn apply(change: Change, rotor: &mut Rotor, bearings: &[Bearing]) {
             at: None,
             parameters: [("m".into(), ParameterValue::Phasor([height_m, 0.3 * height_m]))].into(),
         }),
-        Change::Jump { .. } => {}
+        Change::Overhaul { .. } => {
+            // others of the same make: what was scattered about the file's is scattered anew
+            let mut random = Random::new(seed + 2 * OVERHAULED);
+            for (bearing, old) in rotor.bearing.iter_mut().zip(bearings) {
+                let law = bearing.constants_mut().unwrap();
+                let mut anew = |old: f64, made: f64| made / old * (BEARINGS_SD * random.normal()).exp();
+                law.stiffness_n_m.xx *= anew(old.stiffness[0], old.made[0]);
+                law.stiffness_n_m.yy *= anew(old.stiffness[1], old.made[1]);
+                law.damping_n_s_m.xx *= anew(old.damping[0], old.made[2]);
+                law.damping_n_s_m.yy *= anew(old.damping[1], old.made[3]);
+            }
+        }
+        Change::Jump { .. } | Change::Gain { .. } | Change::PhaseReference { .. } => {}
     }
 }
 

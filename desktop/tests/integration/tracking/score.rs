@@ -6,7 +6,7 @@ use rotor_edge_desktop::forecast::backtest::{ForecastBasis, backtest};
 use rotor_edge_desktop::forecast::scores::Score as ForecastScore;
 use rotor_edge_desktop::forecast::{known, series};
 use rotor_edge_desktop::track::{
-    Config, Event, Flag, Interval, LaterRunup, Method, ReadingEstimate, Track, filtered, track,
+    Config, Event, Flag, Interval, LaterRunup, Method, ReadingEstimate, SecondSpeed, Track, filtered, track,
 };
 
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
@@ -101,6 +101,12 @@ impl Judged {
         Ok(Self::of(plan, record, track))
     }
 
+    /// By this configuration, without a later run-up.
+    pub fn by(plan: &Plan, record: &Record, config: &Config) -> Result<Self, Error> {
+        let track = track(&record.rotor, &record.readings, &record.runup, &[], config, &mut |_, _| ())?;
+        Ok(Self::of(plan, record, track))
+    }
+
     /// Every so manyth reading as it was known on its day.
     pub fn filtered(plan: &Plan, record: &Record, every: usize) -> Result<Self, Error> {
         let config = Config::new(Method::Joint);
@@ -130,6 +136,14 @@ impl Judged {
 
     pub fn events(&self) -> &[Event] {
         self.track.joint.as_ref().map_or(&[], |joint| &joint.events)
+    }
+
+    pub fn second_speed(&self) -> Option<SecondSpeed> {
+        self.track.joint.as_ref()?.second_speed
+    }
+
+    pub fn possible(&self) -> &[Event] {
+        self.track.joint.as_ref().map_or(&[], |joint| &joint.possible)
     }
 
     /// One event, and the true day inside its interval; days without a reading are passed over.

@@ -11,7 +11,9 @@ use clap::{Args, ValueEnum};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_desktop::track::{self, Config, DetectorThresholds, LaterRunup, Method, PROPOSALS_AS_PRINTED};
+use rotor_edge_desktop::track::{
+    self, Config, DetectorThresholds, LaterRunup, Method, Outage, PROPOSALS_AS_PRINTED,
+};
 
 use super::listener::Listener;
 use super::output::{self, Json};
@@ -64,6 +66,10 @@ pub struct Arguments {
     /// With --method joint, re-estimate every Nth reading using only data up to that day
     #[arg(long, value_name = "EVERY")]
     as_known_then: Option<NonZeroUsize>,
+    /// With --method joint, days or dates between which the machine stood; bearings and unbalance are new after them. May be
+    /// given several times
+    #[arg(long, value_name = "FROM..TO", value_parser = outage)]
+    outage: Vec<OutageEnds>,
     /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -153,7 +159,10 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
-    let config = arguments.config()?;
+    let mut config = arguments.config()?;
+    if !arguments.outage.is_empty() && config.method != Method::Joint {
+        bail!("--outage is for --method joint; the other methods do not start anew");
+    }
     let rotor = rotor_file::read(&arguments.rotor)?;
     let count = DayCount::from(Dates::of(arguments.begin, &arguments.record)?);
     let day = |cell: &str| count.day(cell);
@@ -161,6 +170,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let record = &whole.readings;
     track::check_record(&arguments.record.display().to_string(), &rotor, record)?;
     let dates = count.dates();
+    config.outages = arguments.outage.iter().map(|ends| ends.days(dates)).collect::<Result<_>>()?;
     if !dates.is_unknown() && record[0].time_d.is_none() {
         let file = arguments.record.display();
         bail!("{file}: there is no column time_d, expected one that counts the days from --begin on");
@@ -213,6 +223,44 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     say!("\nTracking took {:.2} s.", begun.elapsed().as_secs_f64());
     output::say_next(&next(arguments, &answer));
     Ok(None)
+}
+
+/// The ends of an outage as they are written.
+#[derive(Debug, Clone)]
+struct OutageEnds {
+    from: String,
+    to: String,
+}
+
+fn outage(text: &str) -> Result<OutageEnds, String> {
+    let ends = text.split_once("..").filter(|(from, to)| !from.trim().is_empty() && !to.trim().is_empty());
+    let (from, to) =
+        ends.ok_or_else(|| format!("\"{text}\" is no outage, expected two days or dates as in 60..120"))?;
+    Ok(OutageEnds { from: from.trim().into(), to: to.trim().into() })
+}
+
+impl OutageEnds {
+    /// As days of a record.
+    fn days(&self, dates: Dates) -> Result<Outage> {
+        let day = |text: &str| -> Result<f64> {
+            if let Ok(day) = text.parse::<f64>() {
+                return Ok(day);
+            }
+            if dates.is_unknown() {
+                bail!(
+                    "--outage: \"{text}\" is no day, and the record has no dates; say with --begin when day 0 was"
+                );
+            }
+            let day = DayCount::from(dates).day(text).unwrap_or_else(|| Err(format!("\"{text}\" is no day")));
+            day.map_err(|why| anyhow::anyhow!("--outage: {why}"))
+        };
+        let (from_d, to_d) = (day(&self.from)?, day(&self.to)?);
+        let is_ascending = from_d < to_d;
+        if !is_ascending {
+            bail!("--outage {}..{}: expected the earlier end first", self.from, self.to);
+        }
+        Ok(Outage { from_d, to_d })
+    }
 }
 
 /// What to do, and the command for it.

@@ -8,7 +8,7 @@ use rotor_edge_desktop::forecast::known;
 use rotor_edge_desktop::forecast::series::EVENT;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::spreadsheet;
-use rotor_edge_desktop::track::{CredibleIntervals, ReadingEstimate, Track};
+use rotor_edge_desktop::track::{CredibleIntervals, FlagCause, ReadingEstimate, Track};
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
 use rotor_edge_desktop::whole_file;
 
@@ -35,7 +35,11 @@ pub fn write(path: &Path, rotor: &Rotor, track: &Track, dates: Dates) -> Result<
     writer.write_record(head.iter().map(|name| spreadsheet::cell(name).into_owned()))?;
     for (i, e) in track.estimates.iter().enumerate() {
         let before_d = if i == 0 { f64::NEG_INFINITY } else { track.estimates[i - 1].time_d };
-        let is_event = track.flags.iter().any(|f| before_d < f.since_d && f.since_d <= e.time_d);
+        // an instrument ends no forecast of the machine
+        let is_event = track
+            .flags
+            .iter()
+            .any(|f| f.cause != FlagCause::Instrument && before_d < f.since_d && f.since_d <= e.time_d);
         let mut cells = row(rotor, e, is_event);
         if let Some(time) = dates.iso(e.time_d) {
             cells.insert(1, time);

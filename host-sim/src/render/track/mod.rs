@@ -41,11 +41,30 @@ fn when(event: &EventAnswer, dates: Dates) -> String {
     }
 }
 
+/// What happened, in words without a stop.
+fn event_words(event: &EventAnswer) -> String {
+    let changed = &event.changed;
+    match (event.kind, event.gain, event.turn_deg) {
+        ("restart", ..) => "bearings and unbalance start anew after an outage".into(),
+        (_, Some(gain), _) => format!("{changed} changed by {:+.1} %", 100.0 * (gain - 1.0)),
+        (_, _, Some(turn_deg)) => format!("{changed} turned by {turn_deg:+.1}°"),
+        _ => format!("{changed} changed"),
+    }
+}
+
+/// The evidence of an event, or that it needs none.
+fn evidence(event: &EventAnswer) -> String {
+    if event.stated { "stated".into() } else { format!("{:.0}", event.log_evidence) }
+}
+
 /// What an event leaves open until a run-up has been seen, if it does.
 fn undiagnosed(track: &TrackAnswer, dates: Dates) -> Option<String> {
     let since = track.undiagnosed_since_d?;
     let mut events = track.joint.iter().flat_map(|joint| &joint.events);
-    let taken_as = if events.any(|e| e.time_d == since && e.is_elsewhere) {
+    let event = events.find(|e| e.time_d == since);
+    let taken_as = if event.is_some_and(|e| e.kind == "restart") {
+        "leaves bearings and unbalance known from later readings alone; a run-up after that day would make the intervals narrower."
+    } else if event.is_some_and(|e| e.is_elsewhere) {
         "is neither of the bearings nor of the unbalance; it can be a seal or a bow. The unbalance is assumed to continue from \
          its last value; a run-up after that day would show the cause."
     } else {
@@ -70,10 +89,14 @@ impl TrackPage<'_> {
         let answer = self.answer;
         let elsewhere = answer.joint.iter().flat_map(|joint| &joint.events).filter(|e| e.is_elsewhere);
         let elsewhere = elsewhere.map(|e| (e.time_d, "no bearing explains".to_string()));
-        let refitted = answer.reidentified.iter().map(|r| (r.since_d, refitted(r)));
+        let named = answer.joint.iter().flat_map(|joint| &joint.events).filter(|e| e.kind != "machine");
+        let named: Vec<(f64, String)> = named.map(|e| (e.time_d, e.kind.to_string())).collect();
+        let is_named = |time_d: f64| named.iter().any(|n| n.0 == time_d);
+        let refitted = answer.reidentified.iter().filter(|r| !is_named(r.since_d));
+        let refitted = refitted.map(|r| (r.since_d, self::refitted(r)));
         let of_unbalance = answer.flags.iter().filter(|f| f.cause == "unbalance");
         let jumped = of_unbalance.map(|f| (f.since_d, "unbalance jumped".to_string()));
-        let events = refitted.chain(jumped).chain(elsewhere);
+        let events = refitted.chain(jumped).chain(elsewhere).chain(named.iter().cloned());
         let drawn = Trend {
             along: self.dates.axis(),
             quantity: quantity.into(),
@@ -237,7 +260,7 @@ fn constants(joint: &JointAnswer) -> PageTable {
 
 /// What happened, and how sure that is.
 fn events(events: &[EventAnswer], dates: Dates) -> PageTable {
-    let row = |e: &EventAnswer| vec![when(e, dates), e.changed.clone(), format!("{:.0}", e.log_evidence)];
+    let row = |e: &EventAnswer| vec![when(e, dates), e.changed.clone(), evidence(e)];
     PageTable {
         caption: "Events: first day of the new state, and the logarithm of how much more probable the record is with it"
             .into(),

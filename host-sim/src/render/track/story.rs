@@ -1,6 +1,6 @@
 //! The first screen of a page of `track`, and its first sentence on a terminal.
 
-use super::{TrackPage, banded, undiagnosed, when};
+use super::{TrackPage, banded, event_words, undiagnosed, when};
 use crate::answers::track::{EstimateAnswer, EventAnswer, FlagAnswer, TrackAnswer};
 use crate::answers::track_curves::TrackCurves;
 use crate::ingest::dates::Dates;
@@ -29,11 +29,12 @@ pub fn verdict(answer: &TrackAnswer, dates: Dates) -> String {
 
 /// Events of a method that knows them; of the others each flag.
 fn happened(answer: &TrackAnswer, dates: Dates) -> Vec<String> {
-    let event = |e: &EventAnswer| format!("{} changed on {}", capital(&e.changed), when(e, dates));
+    let event = |e: &EventAnswer| format!("{} on {}", capital(&event_words(e)), when(e, dates));
     let flag = |f: &FlagAnswer| match f.cause {
         "model" => {
             format!("The model stopped fitting on {}, suspect bearing {}", dates.day(f.since_d), f.suspect)
         }
+        "instrument" => format!("An instrument changed on {}", dates.day(f.since_d)),
         _ => format!("The unbalance jumped on {}", dates.day(f.since_d)),
     };
     match &answer.joint {

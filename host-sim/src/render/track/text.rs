@@ -3,12 +3,18 @@
 use std::fmt::Write as _;
 
 use rotor_edge_desktop::interval::HALF_95;
+use rotor_edge_desktop::significance::percent;
 
 use super::sampling;
 use super::story::verdict;
-use super::{undiagnosed, when};
-use crate::answers::track::{EstimateAnswer, JointAnswer, PlaneInterval, ReidentifiedAnswer, TrackAnswer};
+use super::{event_words, evidence, undiagnosed, when};
+use crate::answers::track::{
+    EstimateAnswer, JointAnswer, PlaneInterval, ReidentifiedAnswer, SecondSpeedAnswer, TrackAnswer,
+};
 use crate::ingest::dates::Dates;
+
+/// Least probability at which a possible event is told in words.
+const LEAST_TOLD: f64 = 0.1;
 
 /// The whole answer on a terminal; `rotor` is its name.
 pub fn text(rotor: &str, answer: &TrackAnswer, dates: Dates) -> String {
@@ -24,6 +30,7 @@ pub fn text(rotor: &str, answer: &TrackAnswer, dates: Dates) -> String {
     for flag in &answer.flags {
         let cause = match flag.cause {
             "model" => format!("the model stopped fitting; suspect bearing {}", flag.suspect),
+            "instrument" => "an instrument changed, the machine did not".to_string(),
             _ => "the unbalance jumped, the model still fits".to_string(),
         };
         let _ = writeln!(text, "  {}, since day {:.0}: {cause}", dates.day(flag.time_d), flag.since_d);
@@ -42,7 +49,9 @@ pub fn text(rotor: &str, answer: &TrackAnswer, dates: Dates) -> String {
     );
     text += &answer.sampling.as_ref().map_or_else(String::new, sampling::text);
     text += &answer.joint.as_ref().map_or_else(String::new, |joint| of_joint(joint, dates));
-    text + &answer.estimates.last().map_or_else(String::new, |last| last_day(last, dates))
+    text += &answer.estimates.last().map_or_else(String::new, |last| last_day(last, dates));
+    let advice = answer.joint.as_ref().and_then(|joint| joint.second_speed.as_ref());
+    text + &advice.map_or_else(String::new, second_speed)
 }
 
 fn reidentified(r: &ReidentifiedAnswer, dates: Dates) -> String {
@@ -62,16 +71,20 @@ fn reidentified(r: &ReidentifiedAnswer, dates: Dates) -> String {
 fn of_joint(joint: &JointAnswer, dates: Dates) -> String {
     let mut text = String::from("\nEvents\n");
     for e in &joint.events {
-        let _ = writeln!(
-            text,
-            "  {}: {} changed (log evidence {:.0})",
-            when(e, dates),
-            e.changed,
-            e.log_evidence
-        );
+        let _ = writeln!(text, "  {}: {} (log evidence {})", when(e, dates), event_words(e), evidence(e));
     }
     if joint.events.is_empty() {
         text += "  None.\n";
+    }
+    for possible in joint.possible_events.iter().filter(|possible| possible.probability >= LEAST_TOLD) {
+        let e = &possible.event;
+        let chance = percent(possible.probability);
+        let _ = writeln!(
+            text,
+            "  Possible, {}: {} ({chance} probable). The intervals allow for both.",
+            when(e, dates),
+            event_words(e)
+        );
     }
     if !joint.effects.is_empty() {
         let _ = writeln!(text, "  The later run-up shows {}.", joint.effects.join(", "));
@@ -101,6 +114,15 @@ fn of_joint(joint: &JointAnswer, dates: Dates) -> String {
         }
     }
     text
+}
+
+/// The cheapest measurement that helps.
+fn second_speed(advice: &SecondSpeedAnswer) -> String {
+    format!(
+        "\nA second reading a day at {:.0} rpm would make the unbalance known to ± {:.0} g·mm in {:.0} days, {:.0} g·mm \
+         better than readings at one speed (95 %, each component, rms of the planes).\n",
+        advice.speed_rpm, advice.half_width_g_mm, advice.days, advice.gain_g_mm
+    )
 }
 
 fn plane_interval(plane: &PlaneInterval) -> String {

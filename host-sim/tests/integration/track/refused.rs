@@ -42,6 +42,17 @@ fn records_that_cannot_be_followed_are_refused_in_one_sentence() {
     assert!(twice.contains("twice.csv: row 21") && twice.contains("is there twice"), "{twice}");
     let back = track(&record("back.csv", with(20, 0, day(3))));
     assert!(back.contains("back.csv: row 21: time_d goes back"), "{back}");
+    let outage = |ends: &str, method: &str| {
+        refusal(&["track", &case.rotor, &case.record, "--method", method, "--outage", ends])
+    };
+    let other = outage("60..120", "adaptive");
+    assert!(other.contains("--outage is for --method joint"), "{other}");
+    let turned = outage("120..60", "joint");
+    assert!(turned.contains("--outage 120..60: expected the earlier end first"), "{turned}");
+    let undated = outage("2026-03-01..2026-04-01", "joint");
+    assert!(undated.contains("the record has no dates; say with --begin"), "{undated}");
+    let outside = outage("60..1200", "joint");
+    assert!(outside.contains("is none of this record; expected two ascending days from 0"), "{outside}");
     let mixed = track(&record("mixed.csv", with(20, 0, "2026-03-01T06:00:00Z")));
     assert!(mixed.contains("mixed.csv: row 21, column time_d") && mixed.contains("mixed"), "{mixed}");
     let repeated = |from: usize| {

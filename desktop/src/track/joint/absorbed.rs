@@ -1,0 +1,64 @@
+//! Events of instruments that a random walk absorbs.
+
+use nalgebra::DVector;
+
+use super::learn::{Learning, Until};
+use super::motion::ProcessModel;
+use super::passes::JointProblem;
+use super::scan::{Scan, is_enough};
+use super::scope::EventAt;
+use super::search::{AssumedEvent, EventHistory, NEGLIGIBLE};
+
+/// The same with one event more, which has too little evidence to be claimed.
+pub struct PossibleHistory {
+    pub change: EventAt,
+    pub evidence: f64,
+    pub interval: (usize, usize),
+    pub motion: ProcessModel,
+    pub linearised_at: Vec<DVector<f64>>,
+}
+
+impl JointProblem {
+    /// Adds the likeliest event of an instrument if the record is that much more probable with it, each with the process
+    /// model learned for it: a small one is absorbed by a random walk that was learned without it. Whether one was added.
+    ///
+    /// Linearised at rest and at the walk the evidence differs, and the smaller one counts.
+    pub(super) fn find_absorbed(&self, history: &mut EventHistory, learning: &mut Learning) -> Option<bool> {
+        history.possible = None;
+        let mut changes = history.changes();
+        let at_rest = self.filter(&history.motion, &changes, &history.linearised_at)?;
+        let scan = Scan::new(&self.layout, &at_rest.later(), &(1..self.epochs.len()));
+        let scan = scan.only(|scope| scope.instrument.is_some());
+        let (epoch, gain) = scan.best()?;
+        let scope = scan.best_scope(epoch, |_| true)?;
+        let is_taken = history.events.iter().any(|e| e.change.0 == epoch);
+        if is_taken || scan.evidence(gain, self.epochs.len()) < NEGLIGIBLE.ln() {
+            return Some(false);
+        }
+        let at_walk = self.converge(&history.motion, &changes, &history.linearised_at, false)?;
+        let without = [at_rest.log_likelihood, at_walk.0.log_likelihood];
+        changes.push((epoch, scope));
+        let mut motion = history.motion.clone();
+        let mut at = self.begin_with(scope, epoch, &history.linearised_at);
+        learning.run(self, &mut motion, &mut at, &changes, Until::Rough)?;
+        let at_rest = self.filter(&motion, &changes, &at)?;
+        let at_walk = self.converge(&motion, &changes, &at, false)?;
+        let with = [at_rest.log_likelihood, at_walk.0.log_likelihood];
+        let gained = (with[0] - without[0]).min(with[1] - without[1]);
+        let evidence = scan.evidence(gained, self.epochs.len());
+        if !is_enough(evidence) {
+            let interval = scan.epochs()?;
+            history.possible = Some(PossibleHistory {
+                change: (epoch, scope),
+                evidence,
+                interval,
+                motion,
+                linearised_at: at,
+            });
+            return Some(false);
+        }
+        history.events.push(AssumedEvent::new(epoch, scope));
+        (history.motion, history.linearised_at) = (motion, at);
+        Some(true)
+    }
+}
