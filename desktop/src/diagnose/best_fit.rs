@@ -5,6 +5,7 @@ use nalgebra::{Complex, DMatrix};
 use super::as_file::as_file;
 use super::base::BaseModel;
 use super::checks;
+use super::holding::HeldParameter;
 use super::planes::PlaneUnbalances;
 use super::sweep::Sweep;
 use crate::error::Error;
@@ -44,7 +45,16 @@ pub struct BestFit {
 /// # Errors
 /// If a probe is dead or clipped, phases are reversed, or the data are another machine's.
 pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
-    Ok(fit_and(rotor, readings, |_| Ok(()))?.0)
+    Ok(fit_and(rotor, readings, &[], |_| Ok(()))?.0)
+}
+
+/// The same with some parameters held where the file has them. Intervals are those of a fit in which nothing is held: no narrower than
+/// they should be.
+///
+/// # Errors
+/// As [`best_fit`], and if a held parameter is none of the file's.
+pub fn fit_holding(rotor: &Rotor, readings: &[Reading], held: &[HeldParameter]) -> Result<BestFit, Error> {
+    Ok(fit_and(rotor, readings, held, |_| Ok(()))?.0)
 }
 
 /// The same, and the probability that nothing is missing in the model: what [`super::diagnose`] goes by, without the words. Where bearings
@@ -54,16 +64,17 @@ pub fn best_fit(rotor: &Rotor, readings: &[Reading]) -> Result<BestFit, Error> {
 /// # Errors
 /// As [`best_fit`].
 pub fn judged_fit(rotor: &Rotor, readings: &[Reading]) -> Result<(BestFit, f64), Error> {
-    fit_and(rotor, readings, |base| base.nothing_missing())
+    fit_and(rotor, readings, &[], |base| base.nothing_missing())
 }
 
 /// The fit, and something else that is asked of the fitted model.
 fn fit_and<T>(
     rotor: &Rotor,
     readings: &[Reading],
+    held: &[HeldParameter],
     asked: impl FnOnce(&BaseModel) -> Result<T, Error>,
 ) -> Result<(BestFit, T), Error> {
-    let rotor = &rotor.as_stated();
+    let (file, rotor) = (rotor, &rotor.as_stated());
     let noise = Noise::of(rotor, readings);
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
@@ -71,7 +82,7 @@ fn fit_and<T>(
     checks::enough(&fitter)?;
     remarks.extend(noise.assumption(rotor));
     remarks.extend(Tolerance::assumption(rotor));
-    let base = BaseModel::fit(&fitter)?;
+    let base = BaseModel::fit(&fitter)?.holding(file, held)?;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     checks::this_machine(rotor, base.relative_error(base.closest()))?;
     remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));

@@ -4,14 +4,12 @@
 mod differences;
 mod repeats;
 
-use std::collections::BTreeMap;
-
 use nalgebra::Complex;
 
 use super::centreline::{JournalReading, observed};
 use crate::effects::Pattern;
 use crate::machine::drawing::{Noise, Rotor};
-use crate::measurement::Reading;
+use crate::measurement::{Reading, run_shares};
 use crate::receptance::modal_shaft::Force;
 use crate::unbalance::phasor_kg_m;
 
@@ -148,23 +146,4 @@ impl Data {
     pub fn fastest_rad_s(&self) -> f64 {
         self.rows.iter().map(|r| r.speed_rad_s).fold(0.0, f64::max)
     }
-}
-
-/// How much of its run has passed at each reading; at the only one of a run all of it.
-fn run_shares(readings: &[Reading]) -> Vec<f64> {
-    let mut runs: BTreeMap<Option<&str>, Vec<usize>> = BTreeMap::new();
-    for (i, reading) in readings.iter().enumerate() {
-        runs.entry(reading.run.as_deref()).or_default().push(i);
-    }
-    let mut shares = vec![1.0; readings.len()];
-    for rows in runs.values() {
-        let times: Option<Vec<f64>> = rows.iter().map(|i| readings[*i].time_d).collect();
-        let passed = times.unwrap_or_else(|| (0..rows.len()).map(|k| k as f64).collect());
-        let first = passed.iter().copied().fold(f64::INFINITY, f64::min);
-        let whole = passed.iter().copied().fold(f64::NEG_INFINITY, f64::max) - first;
-        for (i, at) in rows.iter().zip(&passed).filter(|_| whole > 0.0) {
-            shares[*i] = (at - first) / whole;
-        }
-    }
-    shares
 }

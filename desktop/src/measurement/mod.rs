@@ -29,6 +29,7 @@ pub use record::{Record, read_dated, read_record};
 pub use rules::DayOfDate;
 use rules::RowRules;
 pub use runs::SortedRun;
+pub(crate) use runs::run_shares;
 pub use sequence::frozen;
 pub(crate) use slow_roll::SLOW_ROLL_SHARE;
 pub use slow_roll::{SlowRoll, less_runout, runout_m};

@@ -126,9 +126,15 @@ fn dimensions(root: &DeTable) -> Option<String> {
 /// # Errors
 /// If the rotor does not pass the same checks as a file that is read, or the file cannot be written.
 pub fn write(path: &Path, rotor: &Rotor) -> Result<(), Error> {
-    let file = path.display().to_string();
+    whole_file::write(path, text(&path.display().to_string(), rotor)?.as_bytes())
+}
+
+/// What [`write`] writes; `file` is only for messages.
+///
+/// # Errors
+/// If the rotor does not pass the same checks as a file that is read.
+pub fn text(file: &str, rotor: &Rotor) -> Result<String, Error> {
     let whole = rotor.whole();
-    check(&file, &whole)?;
-    let text = toml::to_string(&whole).map_err(|e| Error::file(&file, e))?;
-    whole_file::write(path, text.as_bytes())
+    check(file, &whole)?;
+    toml::to_string(&whole).map_err(|e| Error::file(file, e))
 }

@@ -11,6 +11,7 @@
 //! | `hidden` | an effect, place and size drawn at random |
 //! | `drawn` | errors of the drawing, drawn at random within its tolerances |
 //! | `defaults` | speeds and unbalance where none are stated |
+//! | `predicted` | the model of a file at given readings, nothing fitted |
 //! | `steady` | whether the machine has a steady response |
 //! | `usual` | how large effects are on machines |
 //! | `visible` | how much of an effect a fit without it would leave |
@@ -18,6 +19,7 @@
 mod defaults;
 mod drawn;
 mod hidden;
+mod predicted;
 mod shown;
 mod stated;
 mod steady;
@@ -42,6 +44,7 @@ use crate::units::{rad_s, rpm};
 
 pub use drawn::DrawingChange;
 pub use hidden::{JUST_VISIBLE_SD, STRONG_SD};
+pub use predicted::{FilePrediction, predicted};
 pub use stated::StatedEffect;
 
 type C = Complex<f64>;

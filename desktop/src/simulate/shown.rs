@@ -39,11 +39,7 @@ pub fn noise_free(machine: &Rotor, unbalance_kg_m: &[C], speeds_rpm: &[f64]) -> 
     let machine = switched(machine);
     let (machine, carried) = with_planes_of_weights(&machine, unbalance_kg_m);
     let mut model = Model::on(fine_structure(&machine), &machine);
-    // the forcings of a model come in the order of its terms
-    let growing: Vec<(usize, C)> = (terms_of(&machine).forcings.iter().enumerate())
-        .filter(|(_, (pattern, _))| *pattern == Pattern::GrowingBow)
-        .map(|(k, (_, amplitude))| (k, *amplitude))
-        .collect();
+    let growing = growing_bows(&machine);
     let unnamed = Run { name: String::new(), added_unbalance: Vec::new(), slow_roll: false };
     let runs = if machine.run.is_empty() { std::slice::from_ref(&unnamed) } else { &machine.run };
     let slow_rpm = (SLOW_ROLL_SHARE * slowest).min(FASTEST_SLOW_ROLL_RPM);
@@ -67,6 +63,15 @@ pub fn noise_free(machine: &Rotor, unbalance_kg_m: &[C], speeds_rpm: &[f64]) -> 
     Ok(readings)
 }
 
+/// Forcings of a model of the machine that grow over a run, by number, with their amplitudes at its end.
+pub fn growing_bows(machine: &Rotor) -> Vec<(usize, C)> {
+    // the forcings of a model come in the order of its terms
+    (terms_of(machine).forcings.iter().enumerate())
+        .filter(|(_, (pattern, _))| *pattern == Pattern::GrowingBow)
+        .map(|(k, (_, amplitude))| (k, *amplitude))
+        .collect()
+}
+
 /// How much of a run has passed at a reading, as fits count it; at the only one all of it.
 fn share_of_run(reading: usize, of: usize) -> f64 {
     if of > 1 { reading as f64 / (of - 1) as f64 } else { 1.0 }
@@ -86,7 +91,7 @@ fn fine_structure(machine: &Rotor) -> Structure {
 }
 
 /// The machine with a plane wherever a run has a weight, and what each run carries in every plane, kg·m.
-fn with_planes_of_weights(machine: &Rotor, unbalance_kg_m: &[C]) -> (Rotor, Vec<DVector<C>>) {
+pub fn with_planes_of_weights(machine: &Rotor, unbalance_kg_m: &[C]) -> (Rotor, Vec<DVector<C>>) {
     let mut with = machine.clone();
     let weights = || machine.run.iter().flat_map(|run| &run.added_unbalance);
     for weight in weights() {
