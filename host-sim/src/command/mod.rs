@@ -35,7 +35,7 @@ mod plan;
 mod provenance;
 mod replay;
 mod setting;
-mod shell;
+pub mod shell;
 mod simulate;
 pub mod startup;
 mod stop;
@@ -53,8 +53,11 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use crate::terminal;
 
+pub use diagnose::fitted;
 pub use glossary::other_spellings_in;
 pub use listener::Listener;
+pub use output::{fitted_model, story as write_report};
+pub use simulate::measured as simulated_file;
 pub use usage::shown;
 
 /// Unbalance of a rotor from its 1x vibration, at the machine's edge and on the desk.

@@ -135,8 +135,13 @@ pub fn model_of_its_data(path: &Path, rotor: &Rotor, readings: &[Reading]) -> Re
 
 /// Writes a model that was fitted to `readings`, whole or not at all.
 pub fn model(path: &Path, rotor: &Rotor, readings: &[Reading]) -> Result<()> {
+    Ok(rotor_file::write(path, &fitted_model(rotor, readings))?)
+}
+
+/// A model that was fitted to `readings`, as it is written.
+pub fn fitted_model(rotor: &Rotor, readings: &[Reading]) -> Rotor {
     let fastest_rpm = readings.iter().map(|r| r.speed_rpm).fold(rotor.fastest_rpm.unwrap_or(0.0), f64::max);
-    Ok(rotor_file::write(path, &Rotor { fastest_rpm: Some(fastest_rpm), ..rotor.clone() })?)
+    Rotor { fastest_rpm: Some(fastest_rpm), ..rotor.clone() }
 }
 
 /// What a command leaves to be printed: one JSON object where that was asked for; text it has printed itself.

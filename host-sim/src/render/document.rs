@@ -95,7 +95,8 @@ impl Section {
 }
 
 impl Figure {
-    pub(super) fn markup(&self) -> Markup {
+    /// The element that the page's script draws.
+    pub fn markup(&self) -> Markup {
         html! {
             figure id=(self.id) class=[matches!(self.drawing, Drawing::Chart(_)).then_some("drawn")] {
                 @match &self.drawing {

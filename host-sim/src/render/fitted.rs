@@ -138,7 +138,7 @@ pub(super) fn story(
 }
 
 /// Where a bearing, a disk, a probe or an end of this name is, m from the left end.
-fn position_m(rotor: &Rotor, name: &str) -> Option<f64> {
+pub fn position_m(rotor: &Rotor, name: &str) -> Option<f64> {
     let bearing = rotor.bearing.iter().map(|b| (&b.name, b.position_m));
     let disk = rotor.disk.iter().map(|d| (&d.name, d.position_m));
     let probe = rotor.probe.iter().map(|p| (&p.name, p.position_m));
@@ -147,7 +147,7 @@ fn position_m(rotor: &Rotor, name: &str) -> Option<f64> {
 }
 
 /// The machine with every place that something may be missing at; `main` are the effects that the page is about.
-fn machine(
+pub fn machine(
     rotor: &Rotor,
     candidates: &[CandidateAnswer],
     main: &[&FittedAnswer],
@@ -234,7 +234,7 @@ fn how_much(models: &[ComparedModel], noise: f64) -> String {
 }
 
 /// How the error falls from model to model.
-fn steps(models: &[ComparedModel], noise: f64) -> Figure {
+pub fn steps(models: &[ComparedModel], noise: f64) -> Figure {
     let error = |m: &ComparedModel| m.comparison.relative_error;
     let largest = models.iter().map(error).fold(noise, f64::max).max(f64::MIN_POSITIVE);
     let bar = |(i, m): (usize, &ComparedModel)| Bar {

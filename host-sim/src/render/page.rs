@@ -8,9 +8,10 @@ use sha2::{Digest as _, Sha256};
 use super::document::{Section, identifier};
 use super::story::Story;
 
-const STYLE: &str = include_str!("style.css");
+/// Style of pages and their figures.
+pub const STYLE: &str = include_str!("style.css");
 /// The library that draws, and what uses it.
-const SCRIPTS: [&str; 2] = [
+pub const SCRIPTS: [&str; 2] = [
     include_str!("library/echarts.js"),
     concat!("\"use strict\";\n", include_str!("script/options.js"), include_str!("script/page.js")),
 ];

@@ -98,19 +98,50 @@ fn rows(names: &[(f64, String, bool)]) -> Vec<Name> {
     placed
 }
 
+/// How a machine is laid on the drawing.
+#[derive(Debug, Clone, Copy)]
+struct DrawingScale {
+    left_m: f64,
+    /// px of a metre.
+    per_m: f64,
+    /// Where the leftmost part begins, px.
+    first_px: f64,
+    /// Largest radius, m.
+    tallest_m: f64,
+}
+
+impl DrawingScale {
+    /// `sizes` are radius and width of the disks, m.
+    fn of(rotor: &Rotor, sizes: &[[f64; 2]]) -> Self {
+        let ends =
+            |(d, [_, width]): (&Disk, &[f64; 2])| [d.position_m - 0.5 * width, d.position_m + 0.5 * width];
+        let (mut left, mut right) = (0.0_f64, rotor.length_m());
+        for [a, b] in rotor.disk.iter().zip(sizes).map(ends) {
+            (left, right) = (left.min(a), right.max(b));
+        }
+        let shaft_m = rotor.shaft.iter().map(|s| 0.5 * s.outer_diameter_m).fold(0.0, f64::max);
+        let tallest_m = sizes.iter().map(|s| s[0]).fold(shaft_m, f64::max);
+        let per_m = ((WIDTH_PX - 2.0 * SIDE_PX) / (right - left)).min(0.5 * TALLEST_PX / tallest_m);
+        Self { left_m: left, per_m, first_px: 0.5 * (WIDTH_PX - per_m * (right - left)), tallest_m }
+    }
+
+    fn x_px(self, z_m: f64) -> f64 {
+        self.first_px + self.per_m * (z_m - self.left_m)
+    }
+}
+
+/// Where a place of the shaft, m from its left end, is on the drawing, as a share of its width.
+pub fn across(rotor: &Rotor, position_m: f64) -> f64 {
+    let sizes: Vec<[f64; 2]> = rotor.disk.iter().map(disk_size_m).collect();
+    DrawingScale::of(rotor, &sizes).x_px(position_m) / WIDTH_PX
+}
+
 /// Draws a machine with its marks; lengths and diameters in one scale.
 pub fn sketch(title: &str, rotor: &Rotor, marks: &[Mark]) -> Markup {
     let sizes: Vec<[f64; 2]> = rotor.disk.iter().map(disk_size_m).collect();
-    let ends = |(d, [_, width]): (&Disk, &[f64; 2])| [d.position_m - 0.5 * width, d.position_m + 0.5 * width];
-    let (mut left, mut right) = (0.0_f64, rotor.length_m());
-    for [a, b] in rotor.disk.iter().zip(&sizes).map(ends) {
-        (left, right) = (left.min(a), right.max(b));
-    }
-    let shaft_m = rotor.shaft.iter().map(|s| 0.5 * s.outer_diameter_m).fold(0.0, f64::max);
-    let tallest_m = sizes.iter().map(|s| s[0]).fold(shaft_m, f64::max);
-    let per_m = ((WIDTH_PX - 2.0 * SIDE_PX) / (right - left)).min(0.5 * TALLEST_PX / tallest_m);
-    let middle_px = 0.5 * (WIDTH_PX - per_m * (right - left));
-    let x = |z: f64| middle_px + per_m * (z - left);
+    let scale = DrawingScale::of(rotor, &sizes);
+    let DrawingScale { per_m, tallest_m, .. } = scale;
+    let x = |z: f64| scale.x_px(z);
     let half_px = (per_m * tallest_m).max(30.0);
     let planes = rotor.plane.iter().map(|p| (x(p.position_m), format!("plane {}", p.name), false));
     let marked = marks.iter().map(|m| (x(m.position_m), m.text.clone(), m.is_main));

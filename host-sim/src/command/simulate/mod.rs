@@ -153,7 +153,10 @@ impl Arguments {
 }
 
 /// The whole file of readings; in its first line, that no machine gave them.
-fn measured(rotor: &Rotor, found: &Simulation) -> Result<Vec<u8>> {
+///
+/// # Errors
+/// If a reading is none that a file can hold.
+pub fn measured(rotor: &Rotor, found: &Simulation) -> Result<Vec<u8>> {
     let name: String = rotor.name.chars().filter(|c| !c.is_control()).collect();
     let mut file = format!("# simulated readings of {name}, by rotor-edge simulate\n").into_bytes();
     let names: Vec<&str> = rotor.probe.iter().map(|probe| probe.name.as_str()).collect();
