@@ -14,11 +14,9 @@
 //! | `/metrics` | the same for Prometheus |
 
 pub mod alarm;
-mod connection;
 pub mod glance;
 mod guesses;
 mod history;
-mod host;
 mod jobs;
 mod known;
 mod machine;
@@ -46,10 +44,12 @@ use tokio::net::TcpListener;
 use tokio::runtime::Builder;
 use tokio::sync::watch;
 
+use rotor_edge_web::connection;
+use rotor_edge_web::host::{self, Hosts};
+
 use crate::store::{Newest, Store};
 use alarm::{Acknowledged, Key};
 use glance::Glance;
-use host::Hosts;
 use known::KnownMachines;
 use served::Served;
 

@@ -16,12 +16,12 @@ use futures_util::{Stream, stream};
 use maud::{Markup, html};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::rotor_file;
+use rotor_edge_web::connection::Peer;
+use rotor_edge_web::token::TokenDigest;
 use rusqlite::OptionalExtension as _;
 use serde::Deserialize;
-use sha2::{Digest as _, Sha256};
 use tokio::sync::watch;
 
-use super::connection::Peer;
 use super::glance::Glance;
 use super::guesses::{Guess, Guesses};
 use super::{alarm, jobs as job_page, machine as machine_page, metrics, now_us, page, trends};
@@ -48,8 +48,7 @@ const FORM_TIME: Duration = Duration::from_secs(10);
 pub struct Served {
     seen: watch::Receiver<Arc<Vec<Glance>>>,
     store: Arc<Path>,
-    /// SHA-256 of the token, so that comparing takes no time that tells of it.
-    token: Option<[u8; 32]>,
+    token: Option<TokenDigest>,
     guesses: Guesses,
 }
 
@@ -60,7 +59,7 @@ type PageResult<T = Response> = std::result::Result<T, Failure>;
 impl Served {
     /// With what the monitors say now, and the store for the rest.
     pub fn new(seen: watch::Receiver<Arc<Vec<Glance>>>, store: PathBuf, token: Option<&str>) -> Self {
-        Self { seen, store: store.into(), token: token.map(digest), guesses: Guesses::default() }
+        Self { seen, store: store.into(), token: token.map(TokenDigest::of), guesses: Guesses::default() }
     }
 
     /// What a look into the store gives, taken where nobody waits for it.
@@ -128,10 +127,6 @@ fn rotor(store: &Store, source: i64) -> Result<Option<Rotor>> {
     let sql = "SELECT rotor FROM machine WHERE source = ?";
     let text: Option<String> = store.reading().query_row(sql, [source], |row| row.get(0)).optional()?;
     Ok(text.map(|text| rotor_file::parse("rotor.toml", &text)).transpose()?)
-}
-
-fn digest(token: &str) -> [u8; 32] {
-    Sha256::digest(token).into()
 }
 
 /// Why there is no answer.
@@ -296,7 +291,7 @@ pub async fn acknowledge(
     let Ok(Form(seen)): std::result::Result<Form<AcknowledgeForm>, _> = form else {
         return Err(Failure::Refused(StatusCode::BAD_REQUEST, "The form of a machine's page is expected."));
     };
-    match served.guesses.judge(client, || digest(&seen.token) == token).await {
+    match served.guesses.judge(client, || token.is_of(&seen.token)).await {
         Guess::Right => {}
         Guess::Wrong => return Err(Failure::Refused(StatusCode::FORBIDDEN, "Another token is expected.")),
         Guess::Refused => {

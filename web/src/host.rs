@@ -41,8 +41,7 @@ pub async fn check(State(hosts): State<Hosts>, request: Request, next: Next) -> 
     if is_known {
         return next.run(request).await;
     }
-    let text =
-        "The request names another host. Open the server by its address, or start it with --host NAME.";
+    let text = "The request names another host. Open the server by its address, or by a name that it was started with.";
     (StatusCode::MISDIRECTED_REQUEST, text).into_response()
 }
 

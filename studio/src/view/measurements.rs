@@ -1,0 +1,61 @@
+//! What would tell the candidates apart.
+
+use rotor_edge::answers::diagnose::AdviceAnswer;
+use rotor_edge::scale::three_digits;
+use serde::Serialize;
+
+use crate::session::analysis::DiagnosisState;
+use crate::workbench::{Bench, PlanState};
+
+/// Further measurements that are listed.
+const LISTED: usize = 6;
+
+#[derive(Debug, Serialize)]
+pub struct FurtherView {
+    /// Candidates that the data cannot tell apart.
+    rivals: Vec<String>,
+    /// Measurements that would, as `diagnose` says them.
+    advice: Vec<String>,
+    is_asked: bool,
+    /// Steps done and planned.
+    progress: Option<[usize; 2]>,
+    /// Measurements that would help most, as `plan` says them.
+    next: Vec<String>,
+    error: Option<String>,
+}
+
+pub fn view(bench: &Bench, diagnosis: Option<&DiagnosisState>) -> FurtherView {
+    let found = match diagnosis {
+        Some(DiagnosisState::Found(found)) => Some(found),
+        _ => None,
+    };
+    let plan = bench.plan();
+    let next = match &plan {
+        Some(PlanState::Found(plan)) => plan
+            .next
+            .iter()
+            .take(LISTED)
+            .map(|n| format!("{} ({} bits)", n.measurement, three_digits(n.gain)))
+            .collect(),
+        _ => Vec::new(),
+    };
+    FurtherView {
+        rivals: found.and_then(|f| f.indistinguishable.first().cloned()).unwrap_or_default(),
+        advice: found.map(|f| f.advice.iter().take(LISTED).map(sentence).collect()).unwrap_or_default(),
+        is_asked: plan.is_some(),
+        progress: match &plan {
+            Some(PlanState::Running(progress)) => Some(progress.now()),
+            _ => None,
+        },
+        next,
+        error: match plan {
+            Some(PlanState::Failed(why)) => Some(why),
+            _ => None,
+        },
+    }
+}
+
+fn sentence(a: &AdviceAnswer) -> String {
+    let repeats = if a.repeats > 1 { format!(", {} times", a.repeats) } else { String::new() };
+    format!("{}{repeats}: the rivals differ by {:.1} standard deviations", a.measurement, a.separation_sd)
+}

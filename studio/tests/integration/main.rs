@@ -1,0 +1,11 @@
+//! `rotor-edge-studio` in a real browser and by its requests, against the running program.
+
+mod browser;
+mod client;
+mod kept;
+mod look;
+mod program;
+mod refusals;
+mod slow;
+mod trials;
+mod workflow;

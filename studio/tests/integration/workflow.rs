@@ -1,0 +1,56 @@
+//! From the sample to the better rotor's file, as a person does it.
+
+use std::path::Path;
+
+use rotor_edge::command::{Listener, object};
+use rotor_edge::sample;
+
+use crate::browser::Browser;
+use crate::program::Studio;
+
+const SCREEN: [u32; 2] = [1280, 800];
+
+/// What `add` writes for these effects, one after another, on the sample.
+fn added(folder: &Path, effects: &[&str]) -> String {
+    let file = |name: &str| folder.join(name).display().to_string();
+    std::fs::write(file("rotor.toml"), sample::ROTOR).unwrap();
+    std::fs::write(file("data.csv"), sample::RUNUP_DAY_126).unwrap();
+    let mut rotor = "rotor.toml".to_string();
+    for (k, effect) in effects.iter().enumerate() {
+        let output = format!("step-{k}.toml");
+        let words =
+            ["add", &file(&rotor), effect, "--data", &file("data.csv"), "-o", &file(&output), "--json"];
+        object(words.map(Into::into), Listener::Terminal).unwrap();
+        rotor = output;
+    }
+    std::fs::read_to_string(file(&rotor)).unwrap()
+}
+
+#[test]
+fn sample_is_adequate_after_four_clicks_and_saved_as_add_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let studio = Studio::start::<&str>(folder.path(), &[]);
+    let Some(mut browser) = Browser::open(&studio.address, SCREEN) else { return };
+    browser.keep("studio-start");
+    browser.click("#open-sample");
+    browser.wait_for_verdict("missing");
+    assert!(browser.text("#sentence").starts_with("seal@disk 3 is missing"));
+    browser.keep("studio-open");
+    browser.click("#places [data-place='disk 3']");
+    browser.click("#effects [data-effect='seal']");
+    browser.wait("document.querySelector('#preview li')");
+    browser.keep("studio-preview");
+    browser.click("#add");
+    browser.wait_for_verdict("adequate");
+    assert!(browser.text("#sentence").starts_with("The misfit is noise"));
+    assert_eq!(browser.value("document.querySelectorAll('#fall li').length"), 2);
+    browser.keep("studio-adequate");
+
+    browser.click("#save");
+    browser.write("#saving input[name=path]", "better.toml");
+    browser.click("#saving-save");
+    browser.wait("!document.getElementById('saving').open");
+    let saved = std::fs::read_to_string(folder.path().join("better.toml")).unwrap();
+    assert_eq!(saved, added(folder.path(), &["seal@disk 3"]));
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
