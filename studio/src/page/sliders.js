@@ -7,7 +7,7 @@ const moved = document.getElementById("moved");
 const STEPS = 1000;
 let waiting = null;
 let isAsking = false;
-// Of the last moves: milliseconds until the figures were drawn, and evaluations of the model; for whoever measures.
+// Of every move: milliseconds until the server answered and until the figures were drawn, and evaluations of the model.
 export const timings = [];
 
 async function move(entry, refused) {
@@ -20,11 +20,12 @@ async function move(entry, refused) {
     const begun = performance.now();
     try {
       const answer = await ask("move", { id, share: Number(input.value) / STEPS, tab: chosenTab() });
+      const answered = performance.now();
       output.textContent = answer.text;
       input.setAttribute("aria-valuetext", answer.text);
       say(answer.figures.moved);
       draw(answer.figures);
-      timings.push({ ms: performance.now() - begun, evaluations: answer.figures.moved.evaluations });
+      timings.push({ ms: performance.now() - begun, answer_ms: answered - begun, evaluations: answer.figures.moved.evaluations });
       document.documentElement.dataset.moves = `${timings.length}`;
     } catch (refusal) {
       refused(refusal);

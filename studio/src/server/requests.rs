@@ -260,7 +260,7 @@ fn moved(bench: &Workbench, body: &[u8]) -> Result<MovedAnswer> {
     let value = parameter.at(share);
     let before = bench.opened()?.moved.clone();
     bench.opened_mut()?.move_to(&fitted, &id, value)?;
-    match view::figures::of_tab(&mut bench, &tab) {
+    match view::figures::again(&mut bench, &tab) {
         Ok(figures) => Ok(MovedAnswer { text: parameter.text(value), figures }),
         Err(error) => {
             bench.opened_mut()?.moved = before;

@@ -4,9 +4,11 @@ use anyhow::Result;
 use rotor_edge::answers::simulate::{SimulatedEffect, TruthAnswer};
 use rotor_edge::command::simulated_file;
 use rotor_edge::render::quantity::about;
+use rotor_edge::scale::three_digits;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::simulate::{Simulation, SimulationRequest, simulate};
+use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::{Deserialize, Serialize};
 
 use super::files::{InputFiles, NamedText};
@@ -84,9 +86,21 @@ impl Practice {
             all => format!("Hidden: {named}. You added {} instead.", all.join(", ")),
         };
         let model = steps.last().map(|step| &step.rotor);
-        let rows = truth.effects.iter().flat_map(|effect| rows(effect, model)).collect();
-        Ok(Reveal { sentence, rows })
+        let mut all: Vec<[String; 3]> = truth.effects.iter().flat_map(|effect| rows(effect, model)).collect();
+        for (k, (plane, u)) in machine.plane.iter().zip(&found.unbalance_kg_m).enumerate() {
+            let [size, angle] = g_mm_deg(*u);
+            let own = model.and_then(|m| m.plane.get(k));
+            let fitted = own.and_then(|p| Some(unbalance([p.unbalance_g_mm?, p.angle_deg?])));
+            let name = format!("unbalance at {}", plane.name);
+            all.push([name, unbalance([size, angle]), fitted.unwrap_or_else(|| "–".into())]);
+        }
+        Ok(Reveal { sentence, rows: all })
     }
+}
+
+/// Size and angle of an unbalance in words.
+fn unbalance([size_g_mm, angle_deg]: [f64; 2]) -> String {
+    format!("{} g·mm at {angle_deg:.0}°", three_digits(size_g_mm))
 }
 
 /// Parameters of a hidden effect, and of the same effect in the model.

@@ -1,6 +1,6 @@
 //! The steps of a model from the file as it was given to the better one, and the way back.
 
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use rotor_edge::command::fitted_model;
 use rotor_edge_desktop::diagnose::{add, fit_holding};
 use rotor_edge_desktop::machine::drawing::Rotor;
@@ -59,7 +59,9 @@ impl Step {
     pub fn adding(rotor: &Rotor, readings: &[Reading], effect: &str, at: Option<&str>) -> Result<Self> {
         let better = add(rotor, readings, effect, at)?;
         let change = Change::Added { effect: effect.into(), at: at.map(String::from) };
+        // a fit can end with numbers that no file may have
         Self::of(change, &better.rotor, readings)
+            .with_context(|| format!("{} cannot be added", better.added.label()))
     }
 
     /// The model with these parameters held where they are and the others fitted.

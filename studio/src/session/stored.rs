@@ -105,7 +105,7 @@ pub struct FileLock {
 }
 
 impl FileLock {
-    /// Locks a file for this process, by a lock of its name in the temporary folder.
+    /// Locks a file for this process, by a lock of its name in a folder of the user.
     ///
     /// # Errors
     /// If another studio has it.
@@ -113,7 +113,7 @@ impl FileLock {
         let whole = whole_path(path);
         let digest = Sha256::digest(whole.as_os_str().as_encoded_bytes());
         let name: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        let folder = std::env::temp_dir().join("rotor-edge-studio");
+        let folder = lock_folder();
         std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
         let lock = folder.join(format!("{name}.lock"));
         let file = File::create(&lock).with_context(|| format!("{}: cannot be locked", path.display()))?;
@@ -127,6 +127,14 @@ impl FileLock {
             }
         }
     }
+}
+
+/// Where the locks of this user are: others may not write there.
+fn lock_folder() -> PathBuf {
+    let own = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|folder| folder.is_dir());
+    let user = std::env::var("USER").or_else(|_| std::env::var("USERNAME")).unwrap_or_default();
+    let plain: String = user.chars().filter(|c| c.is_alphanumeric()).collect();
+    own.unwrap_or_else(std::env::temp_dir).join(format!("rotor-edge-studio-{plain}"))
 }
 
 /// A path that is the same for every way to name the file.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use anyhow::Result;
 use rotor_edge::render::chart::Chart;
 use rotor_edge::render::{ComparedModel, Drawing, Figure, comparison_sections};
+use rotor_edge_desktop::compare::probe_pairs;
 use serde::Serialize;
 
 use crate::session::analysis::{Analysis, moved};
@@ -25,8 +26,8 @@ pub struct FiguresView {
 #[derive(Debug, Serialize)]
 pub struct FigureView {
     id: String,
-    /// The element, to be made when the figure is new.
-    markup: String,
+    /// The element, to be made when the figure is new; `None` where it is there.
+    markup: Option<String>,
     chart: Option<Chart>,
 }
 
@@ -41,9 +42,11 @@ pub struct MovedView {
 /// Headings of the sections, of the figures that there are for these readings.
 pub fn tabs(session: &Session) -> Vec<String> {
     let sections = comparison_sections(&session.given, &session.readings, &[]);
+    let has_orbits = !probe_pairs(&session.given).is_empty();
     let (mut places, mut tabs) = (Vec::new(), Vec::new());
     for heading in sections.into_iter().map(|s| s.heading) {
-        match heading.strip_prefix("Polar") {
+        let run = heading.strip_prefix("Polar").or_else(|| heading.strip_prefix("Amplitude over time"));
+        match run.filter(|_| has_orbits) {
             // orbits are drawn beside a model alone
             Some(run) => tabs.extend([heading.clone(), format!("Orbits{run}")]),
             None if heading == WHERE => places.push(heading),
@@ -59,14 +62,29 @@ pub fn tabs(session: &Session) -> Vec<String> {
 /// # Errors
 /// If a model cannot be fitted.
 pub fn of_tab(bench: &mut Bench, tab: &str) -> Result<FiguresView> {
+    let (figures, moved) = drawn(bench, tab)?;
+    let element = |figure: &Figure| Some(figure.markup().into_string());
+    let figures = figures.iter().map(|figure| FigureView { markup: element(figure), ..numbers(figure) });
+    Ok(FiguresView { tab: tab.into(), figures: figures.collect(), moved })
+}
+
+/// The same for a page that has their elements.
+///
+/// # Errors
+/// If a model cannot be fitted.
+pub fn again(bench: &mut Bench, tab: &str) -> Result<FiguresView> {
+    let (figures, moved) = drawn(bench, tab)?;
+    Ok(FiguresView { tab: tab.into(), figures: figures.iter().map(numbers).collect(), moved })
+}
+
+fn drawn(bench: &mut Bench, tab: &str) -> Result<(Vec<Figure>, Option<MovedView>)> {
     let session = bench.opened()?.clone();
     let step = session.current().clone();
     let current = bench.analysis(&step)?;
     let (models, told) = models(bench, &session, &current)?;
     let sections = comparison_sections(&session.given, &session.readings, &models);
     let section = sections.into_iter().find(|s| s.heading == tab);
-    let figures = section.map(|s| s.figures).unwrap_or_default();
-    Ok(FiguresView { tab: tab.into(), figures: figures.iter().map(view).collect(), moved: told })
+    Ok((section.map(|s| s.figures).unwrap_or_default(), told))
 }
 
 /// The current model, and the one that is held beside it: numbers moved by hand, an effect that is looked at, or the other branch.
@@ -100,10 +118,10 @@ fn models(
     Ok((models, None))
 }
 
-fn view(figure: &Figure) -> FigureView {
+fn numbers(figure: &Figure) -> FigureView {
     let chart = match &figure.drawing {
         Drawing::Chart(chart) => Some(chart.clone()),
         Drawing::Markup(_) => None,
     };
-    FigureView { id: figure.id.clone(), markup: figure.markup().into_string(), chart }
+    FigureView { id: figure.id.clone(), markup: None, chart }
 }
