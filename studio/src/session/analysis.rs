@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::Result;
+use nalgebra::Complex;
 use rotor_edge::answers::diagnose::DiagnosisAnswer;
 use rotor_edge::command::fitted::Fitted;
 use rotor_edge::render::{ComparedModel, Prediction, noise_error};
@@ -34,8 +35,10 @@ pub struct Analysis {
     pub whole: ComparedModel,
     /// Error that noise alone leaves.
     pub noise_error: f64,
-    /// Of the readings that were left out: how many values, error, error of noise.
+    /// Of the readings that were left out.
     pub left_out: Option<LeftOut>,
+    /// What the file of the model as fitted predicts for all readings, m; `None` where it cannot be evaluated.
+    file_m: Option<Vec<Vec<Complex<f64>>>>,
 }
 
 /// How well a model predicts readings that it was not fitted to.
@@ -45,6 +48,9 @@ pub struct LeftOut {
     pub error: f64,
     pub noise_error: f64,
     pub chi2_per_value: f64,
+    /// How far the model's file is from its fit in the readings that it was fitted to, relative to them: a fit takes the errors of the
+    /// drawing as linear, a file has them built in.
+    pub file_gap: f64,
 }
 
 impl Analysis {
@@ -60,12 +66,14 @@ impl Analysis {
         };
         let fit = Fitted::of(label, &model.rotor, &model.readings, best);
         let noise_error = noise_error(&fit.model, &model.readings);
-        if session.mask.is_empty() {
-            return Ok(Self { whole: fit.model.clone(), fit, noise_error, left_out: None });
-        }
         let all = with_probes_of(&fit.best.rotor, &session.given)?;
+        let file_m = predicted(&all, &session.readings).ok().map(|found| found.predicted_m);
+        if session.mask.is_empty() {
+            return Ok(Self { whole: fit.model.clone(), fit, noise_error, left_out: None, file_m });
+        }
         let whole = compared(label, &all, &session.readings, &fit)?;
         let left = session.mask.left_out(&session.given, &session.readings);
+        let kept = &model.readings;
         let left_out = (!left.is_empty()).then(|| -> Result<LeftOut> {
             let model = compared(label, &all, &left, &fit)?;
             Ok(LeftOut {
@@ -73,10 +81,25 @@ impl Analysis {
                 error: model.comparison.relative_error,
                 noise_error: rotor_edge::render::noise_error(&model, &left),
                 chi2_per_value: model.comparison.chi2_per_value,
+                file_gap: file_gap(&fit, kept)?,
             })
         });
-        Ok(Self { whole, fit, noise_error, left_out: left_out.transpose()? })
+        Ok(Self { whole, fit, noise_error, left_out: left_out.transpose()?, file_m })
     }
+}
+
+/// How far a model's file is from its fit, relative to the readings that it was fitted to.
+fn file_gap(fit: &Fitted, readings: &[Reading]) -> Result<f64> {
+    let file = predicted(&fit.best.rotor, readings)?.predicted_m;
+    let (mut apart, mut all) = (0.0, 0.0);
+    for ((file, fitted), reading) in file.iter().zip(&fit.best.predicted_m).zip(readings) {
+        for ((file, fitted), y) in file.iter().zip(fitted).zip(&reading.probes) {
+            let Some(y) = y else { continue };
+            apart += (file - fitted).norm_sqr();
+            all += y.norm_sqr();
+        }
+    }
+    Ok((apart / all.max(f64::MIN_POSITIVE)).sqrt())
 }
 
 /// A file's model beside readings, in the noise that a fit goes by.
@@ -86,14 +109,23 @@ fn compared(label: &str, file: &Rotor, readings: &[Reading], fit: &Fitted) -> Re
     Ok(ComparedModel { prediction: Prediction { label: label.into(), predicted_m }, comparison })
 }
 
-/// A model with numbers that were moved by hand, and the evaluations that it took.
+/// A model with numbers that were moved by hand, and the evaluations that it took: the curves of the fit, changed by what the file
+/// changes, so that they begin where the fit ends.
 ///
 /// # Errors
 /// If the machine is singular with them.
-pub fn moved(session: &Session, rotor: &Rotor, fit: &Fitted) -> Result<(ComparedModel, usize)> {
+pub fn moved(session: &Session, rotor: &Rotor, from: &Analysis) -> Result<(ComparedModel, usize)> {
     let all = with_probes_of(rotor, &session.given)?;
-    let found = predicted(&all, &session.readings)?;
-    let comparison = Comparison::new(&all, &session.readings, &found.predicted_m, &fit.best.noise, 0);
+    let mut found = predicted(&all, &session.readings)?;
+    if let Some(file_m) = &from.file_m {
+        for (row, (whole, file)) in
+            found.predicted_m.iter_mut().zip(from.whole.prediction.predicted_m.iter().zip(file_m))
+        {
+            row.iter_mut().zip(whole.iter().zip(file)).for_each(|(y, (whole, file))| *y += whole - file);
+        }
+    }
+    let noise = &from.fit.best.noise;
+    let comparison = Comparison::new(&all, &session.readings, &found.predicted_m, noise, 0);
     let prediction = Prediction { label: "moved by hand".into(), predicted_m: found.predicted_m };
     Ok((ComparedModel { prediction, comparison }, found.evaluations))
 }

@@ -95,7 +95,7 @@ fn models(
 ) -> Result<(Vec<ComparedModel>, Option<MovedView>)> {
     let first = current.whole.clone();
     if let Some(rotor) = &session.moved {
-        let (model, evaluations) = moved(session, rotor, &current.fit)?;
+        let (model, evaluations) = moved(session, rotor, current)?;
         let told = MovedView {
             error: super::per_cent(model.comparison.relative_error),
             chi2: rotor_edge::scale::three_digits(model.comparison.chi2_per_value),

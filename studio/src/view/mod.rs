@@ -311,8 +311,16 @@ fn mask_view(session: &Session, analysis: &Analysis) -> MaskView {
     }
     let speeds = || session.readings.iter().map(|r| r.speed_rpm);
     let sentence = analysis.left_out.map(|left| {
+        let extrapolated = match left.file_gap > analysis.noise_error {
+            true => format!(
+                " In the readings that it was fitted to, the model's file is {} from its fit, as errors of the drawing are \
+                 extrapolated far: the prediction is no better than that.",
+                per_cent(left.file_gap)
+            ),
+            false => String::new(),
+        };
         format!(
-            "The model predicts the {} readings with values left out to {}, where noise alone leaves {}; χ² per value {}.",
+            "The model predicts the {} readings with values left out to {}, where noise alone leaves {}; χ² per value {}.{extrapolated}",
             left.readings,
             per_cent(left.error),
             per_cent(left.noise_error),

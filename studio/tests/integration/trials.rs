@@ -77,6 +77,18 @@ fn held_parameter_stays_in_a_fit_that_settles_the_others() {
 }
 
 #[test]
+fn slider_that_is_put_where_it_was_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let studio = Studio::start::<&str>(folder.path(), &[]);
+    let session = studio.changed("open", &client::sample());
+    let slider = parameter(&session, "bearing 16", "c_yy");
+    let moving = json!({ "id": slider["id"], "share": slider["share"], "tab": "Bode, run day 126" });
+    let moved = studio.ask("move", &moving).json()["figures"]["moved"].clone();
+    assert_eq!(moved["error"], session["verdict"]["error"]);
+    assert_eq!(moved["evaluations"], SPEEDS);
+}
+
+#[test]
 fn readings_left_out_are_predicted_and_the_kept_ones_saved() {
     let folder = tempfile::tempdir().unwrap();
     let studio = Studio::start::<&str>(folder.path(), &[]);
