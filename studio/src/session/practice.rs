@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hidden_effect_is_told_at_last_and_compared_with_what_was_found() {
+    fn hidden_effect_is_compared_with_the_found_one() {
         let sample = InputFiles::sample();
         let (rotor, readings) = sample.parsed().unwrap();
         let (files, practice) = Practice::hide(&sample.rotor, &rotor, &readings, 7).unwrap();

@@ -1,22 +1,9 @@
 //! Events of instruments that a random walk absorbs.
 
-use nalgebra::DVector;
-
 use super::learn::{Learning, Until};
-use super::motion::ProcessModel;
 use super::passes::JointProblem;
 use super::scan::{Scan, is_enough};
-use super::scope::EventAt;
-use super::search::{AssumedEvent, EventHistory, NEGLIGIBLE};
-
-/// The same with one event more, which has too little evidence to be claimed.
-pub struct PossibleHistory {
-    pub change: EventAt,
-    pub evidence: f64,
-    pub interval: (usize, usize),
-    pub motion: ProcessModel,
-    pub linearised_at: Vec<DVector<f64>>,
-}
+use super::search::{AssumedEvent, EventHistory, NEGLIGIBLE, PossibleHistory};
 
 impl JointProblem {
     /// Adds the likeliest event of an instrument if the record is that much more probable with it, each with the process

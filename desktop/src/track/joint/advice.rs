@@ -5,6 +5,7 @@
 
 use nalgebra::{Complex, DVector};
 
+use super::answer::SecondSpeed;
 use super::conclude::SmoothedHistory;
 use super::kalman::{Gaussian, Innovation};
 use super::passes::JointProblem;
@@ -24,19 +25,6 @@ const AHEAD_D: f64 = 30.0;
 const SHARES: [f64; 6] = [0.6, 0.7, 0.8, 0.9, 1.05, 1.1];
 /// Most motion at a second speed over that at the record's: a plant does not run in a resonance to measure.
 const MOST_MOTION: f64 = 2.0;
-
-/// What a second reading a day would give.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SecondSpeed {
-    pub speed_rpm: f64,
-    /// Days of readings after which the half-widths hold.
-    pub days: f64,
-    /// 95 % half-width of a component of the planes' unbalance (rms over the planes) with readings at the second speed as well,
-    /// kg·m.
-    pub half_width_kg_m: f64,
-    /// The same with readings at the record's speed alone.
-    pub without_kg_m: f64,
-}
 
 impl Tracking<'_> {
     /// The best second speed of a record at one speed, on a model of the machine as it is now; `None` if the record has

@@ -2,7 +2,6 @@
 
 use nalgebra::Complex;
 
-use super::advice::SecondSpeed;
 use super::scope::Scope;
 use crate::forecast::filter_state::FilterState;
 use crate::track::answer::Interval;
@@ -60,4 +59,17 @@ pub struct JointFindings {
     pub filter_states: Vec<[FilterState; 4]>,
     /// What a second reading a day at another speed would give.
     pub second_speed: Option<SecondSpeed>,
+}
+
+/// What a second reading a day would give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SecondSpeed {
+    pub speed_rpm: f64,
+    /// Days of readings after which the half-widths hold.
+    pub days: f64,
+    /// 95 % half-width of a component of the planes' unbalance (rms over the planes) with readings at the second speed as well,
+    /// kg·m.
+    pub half_width_kg_m: f64,
+    /// The same with readings at the record's speed alone.
+    pub without_kg_m: f64,
 }

@@ -3,7 +3,6 @@
 use nalgebra::Complex;
 use rayon::prelude::*;
 
-use super::absorbed::PossibleHistory;
 use super::answer::Event;
 use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
@@ -11,7 +10,7 @@ use super::motion::ProcessModel;
 use super::passes::{JointProblem, Pass};
 use super::scan::days;
 use super::scope::{EventAt, Instrument};
-use super::search::{AssumedEvent, EventHistory, Rival};
+use super::search::{AssumedEvent, EventHistory, PossibleHistory, Rival};
 
 type C = Complex<f64>;
 

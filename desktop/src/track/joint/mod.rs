@@ -35,8 +35,7 @@ mod state;
 
 use nalgebra::{Complex, DVector};
 
-pub use advice::SecondSpeed;
-pub use answer::{ConstantPart, Event, JointFindings};
+pub use answer::{ConstantPart, Event, JointFindings, SecondSpeed};
 pub use scope::{Instrument, Scope};
 
 use super::answer::ReadingEstimate;

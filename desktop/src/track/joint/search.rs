@@ -5,7 +5,6 @@ use std::ops::Range;
 use nalgebra::{Complex, DVector};
 use rayon::prelude::*;
 
-use super::absorbed::PossibleHistory;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
 use super::passes::{ConvergedPass, JointProblem};
@@ -44,6 +43,15 @@ pub struct EventHistory {
     tried: Vec<Range<usize>>,
     /// The same with one event more, which has too little evidence to be claimed.
     pub(super) possible: Option<PossibleHistory>,
+}
+
+/// A hypothesis with one event more, which has too little evidence to be claimed.
+pub struct PossibleHistory {
+    pub change: EventAt,
+    pub evidence: f64,
+    pub interval: (usize, usize),
+    pub motion: ProcessModel,
+    pub linearised_at: Vec<DVector<f64>>,
 }
 
 /// An event of the hypothesis.
