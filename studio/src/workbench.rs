@@ -1,5 +1,6 @@
 //! The session of this process, and what is worked out of it in the background.
 
+use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -88,7 +89,7 @@ impl Workbench {
         known.diagnosis = Some(DiagnosisState::Running(progress.clone()));
         let this = self.clone();
         std::thread::spawn(move || {
-            let found = match diagnosed(&model, &progress) {
+            let found = match unbroken(|| diagnosed(&model, &progress)) {
                 Ok(answer) => DiagnosisState::Found(Arc::new(answer)),
                 Err(error) => DiagnosisState::Failed(shown(&error)),
             };
@@ -116,7 +117,7 @@ impl Workbench {
         bench.version += 1;
         let this = self.clone();
         std::thread::spawn(move || {
-            let found = match planned(&model, &progress) {
+            let found = match unbroken(|| planned(&model, &progress)) {
                 Ok(answer) => PlanState::Found(Arc::new(answer)),
                 Err(error) => PlanState::Failed(shown(&error)),
             };
@@ -128,6 +129,12 @@ impl Workbench {
         });
         Ok(())
     }
+}
+
+/// Work whose end somebody waits for: a fault in it is told as a failure.
+fn unbroken<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+    let done = std::panic::catch_unwind(AssertUnwindSafe(work));
+    done.unwrap_or_else(|_| bail!("a fault of the program ended this; please report it with the two files"))
 }
 
 /// What the measurements of a model, and more of them, could show.
