@@ -3,15 +3,25 @@
 use super::learn::{Learning, Until};
 use super::passes::JointProblem;
 use super::scan::{Scan, is_enough};
-use super::search::{AssumedEvent, EventHistory, NEGLIGIBLE, PossibleHistory};
+use super::scope::EventAt;
+use super::search::{AssumedEvent, EventHistory, PossibleHistory};
+
+/// Odds of a change of an instrument, by a random walk that was learned without it, from which on the walk is learned anew: less is no
+/// more than chance finds in a record.
+const WORTH_LEARNING: f64 = 0.05;
 
 impl JointProblem {
     /// Adds the likeliest event of an instrument if the record is that much more probable with it, each with the process
     /// model learned for it: a small one is absorbed by a random walk that was learned without it. Whether one was added.
     ///
-    /// Linearised at rest and at the walk the evidence differs, and the smaller one counts.
+    /// Linearised at rest and at the walk the evidence differs, and the smaller one counts. After an event in the machine none is
+    /// sought: what the kind of that event leaves unexplained would be laid on a probe.
     pub(super) fn find_absorbed(&self, history: &mut EventHistory, learning: &mut Learning) -> Option<bool> {
         history.possible = None;
+        let of_machine = |(_, scope): &EventAt| scope.instrument.is_none() && !scope.restart;
+        if history.changes().iter().any(of_machine) {
+            return Some(false);
+        }
         let mut changes = history.changes();
         let at_rest = self.filter(&history.motion, &changes, &history.linearised_at)?;
         let scan = Scan::new(&self.layout, &at_rest.later(), &(1..self.epochs.len()));
@@ -19,7 +29,7 @@ impl JointProblem {
         let (epoch, gain) = scan.best()?;
         let scope = scan.best_scope(epoch, |_| true)?;
         let is_taken = history.events.iter().any(|e| e.change.0 == epoch);
-        if is_taken || scan.evidence(gain, self.epochs.len()) < NEGLIGIBLE.ln() {
+        if is_taken || scan.evidence(gain, self.epochs.len()) < WORTH_LEARNING.ln() {
             return Some(false);
         }
         let at_walk = self.converge(&history.motion, &changes, &history.linearised_at, false)?;
@@ -35,8 +45,10 @@ impl JointProblem {
         let evidence = scan.evidence(gained, self.epochs.len());
         if !is_enough(evidence) {
             let interval = scan.epochs()?;
-            history.possible = Some(PossibleHistory {
-                change: (epoch, scope),
+            let change = (epoch, scope);
+            // a small turn of the keyphasor is a turn of every plane, which the walk of the unbalance allows for already
+            history.possible = scope.is_gain().then(|| PossibleHistory {
+                change,
                 evidence,
                 interval,
                 motion,

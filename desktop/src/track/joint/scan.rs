@@ -58,6 +58,13 @@ impl Scan {
         all.max_by(|a, b| a.1.total_cmp(b.1)).map(|(scope, _)| *scope)
     }
 
+    /// Whether a scope explains at least half of what the best one does at an epoch: less is not worth a linearisation of its own.
+    pub fn is_promising(&self, epoch: usize, scope: Scope) -> bool {
+        let Some(gains) = self.gains.get(epoch) else { return false };
+        let best = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        self.scopes.iter().zip(gains).any(|(s, gain)| *s == scope && *gain >= 0.5 * best)
+    }
+
     /// The most probable epoch, and the gain of the best scope there.
     pub fn best(&self) -> Option<(usize, f64)> {
         let all =

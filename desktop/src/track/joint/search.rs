@@ -21,7 +21,7 @@ const MOST_EVENTS: usize = 6;
 /// Outliers in a row that indicate an event.
 const IN_A_ROW: usize = 3;
 /// Scopes less probable than this relative to the best are ignored.
-pub(super) const NEGLIGIBLE: f64 = 1e-3;
+const NEGLIGIBLE: f64 = 1e-3;
 /// Most selections of all events in turn.
 const SELECTIONS: usize = 3;
 /// Most relocations of an event.
@@ -92,12 +92,13 @@ impl AssumedEvent {
         }
     }
 
-    /// Possible scopes, of the probes' gains only the likeliest by this scan; an event with a later run-up is described by
-    /// the model itself.
+    /// Possible scopes, of the instruments' only those that are promising by this scan, and of the probes' gains the likeliest; an
+    /// event with a later run-up is described by the model itself.
     fn scopes(&self, problem: &JointProblem, scan: &Scan) -> Vec<Scope> {
         let epoch = self.change.0;
         let likeliest = scan.best_scope(epoch, Scope::is_gain);
-        let is_tried = |scope: &Scope| !scope.is_gain() || Some(*scope) == likeliest;
+        let is_likeliest = |scope: &Scope| !scope.is_gain() || Some(*scope) == likeliest;
+        let is_tried = |s: &Scope| s.instrument.is_none() || is_likeliest(s) && scan.is_promising(epoch, *s);
         let all = Scope::all(problem.layout.probes).into_iter().filter(is_tried);
         let restart = problem.restart_at(epoch, Scope::RESTART).map(|_| Scope::RESTART);
         all.filter(|scope| !(self.held && scope.has_factors())).chain(restart).collect()
