@@ -47,7 +47,7 @@ impl JointProblem {
             let interval = scan.epochs()?;
             let change = (epoch, scope);
             // a small turn of the keyphasor is a turn of every plane, which the walk of the unbalance allows for already
-            history.possible = scope.is_gain().then(|| PossibleHistory {
+            history.possible = scope.is_gain().then_some(PossibleHistory {
                 change,
                 evidence,
                 interval,
