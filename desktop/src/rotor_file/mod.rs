@@ -129,7 +129,7 @@ pub fn write(path: &Path, rotor: &Rotor) -> Result<(), Error> {
     whole_file::write(path, text(&path.display().to_string(), rotor)?.as_bytes())
 }
 
-/// What [`write`] writes; `file` is only for messages.
+/// What [`write()`] writes; `file` is only for messages.
 ///
 /// # Errors
 /// If the rotor does not pass the same checks as a file that is read.
