@@ -252,7 +252,7 @@ mod slow {
         let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).collect();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
         let mut named = 0;
-        for count in 5..17 {
+        for count in 5..14 {
             let drawn = draw(&names, count, &mut random);
             let (some, readings) = part(&drawn);
             let found = diagnose(&some, &readings).unwrap();
@@ -260,7 +260,7 @@ mod slow {
             assert!(found.bad_probe.as_deref().is_none_or(|probe| probe == "P1X"), "{drawn:?}");
             named += usize::from(found.bad_probe.is_some());
         }
-        assert!(named >= 6, "{named} of 12");
+        assert!(named >= 4, "{named} of 9");
     }
 
     #[test]

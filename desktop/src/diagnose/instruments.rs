@@ -70,8 +70,8 @@ pub fn suspect(
 }
 
 /// The same by the differences of runs alone, where nothing that is the same in all runs can be laid on a probe: there it is enough that
-/// the probe with an unknown cause explains more than every rival with one. Runs whose stated weights explain the misfit best are left
-/// out, a third of them at most. `None` where runs cannot be compared.
+/// the probe with an unknown cause explains more than every rival with one, and by itself more than any other probe. Runs whose stated
+/// weights explain the misfit best are left out, a third of them at most. `None` where runs cannot be compared.
 pub fn suspect_between_runs(fitter: &Fitter) -> Option<SuspectProbe> {
     let mut data = fitter.data.clone();
     let runs = data.rows.iter().map(|row| row.run).max().map_or(0, |last| last + 1);
@@ -87,7 +87,9 @@ pub fn suspect_between_runs(fitter: &Fitter) -> Option<SuspectProbe> {
             let (best, _) = compared.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
             doubtful = best.placed.place;
             if !matches!(doubtful, Place::Run(_)) {
-                return most_probable(&base, &compared, unknown.evidence + 2.0 * OUTSIDE.ln());
+                let found = most_probable(&base, &compared, unknown.evidence + 2.0 * OUTSIDE.ln());
+                let strongest = settled(&tried).find_map(|t| t.probe(&base));
+                return found.filter(|found| strongest.as_ref() == Some(&found.name));
             }
         }
         data.rows.retain(|row| row.listed.map(Place::Run) != Some(doubtful));
