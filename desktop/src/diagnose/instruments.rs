@@ -10,6 +10,8 @@ use crate::fit::Fitter;
 use crate::machine::place::Place;
 use crate::statistics::significance::percent;
 
+/// Runs whose differences are diagnosed at most, spread over all: enough for a probe, and the work does not grow with more.
+const MOST_COMPARED: usize = 20;
 /// Candidates of the machine itself that a probe is compared with, strongest first.
 const RIVALS: usize = 4;
 
@@ -74,7 +76,10 @@ pub fn suspect(
 /// weights explain the misfit best are left out, a third of them at most. `None` where runs cannot be compared.
 pub fn suspect_between_runs(fitter: &Fitter) -> Option<SuspectProbe> {
     let mut data = fitter.data.clone();
-    let runs = data.rows.iter().map(|row| row.run).max().map_or(0, |last| last + 1);
+    let all = data.rows.iter().map(|row| row.run).max().map_or(0, |last| last + 1);
+    let runs = all.min(MOST_COMPARED);
+    let chosen: Vec<usize> = (0..runs).map(|k| k * all / runs).collect();
+    data.rows.retain(|row| chosen.contains(&row.run));
     for _ in 0..=runs / 3 {
         let differing = Fitter::new(fitter.rotor, data.differences_of_runs()?);
         let base = BaseModel::fit(&differing).ok().filter(|base| saturation(base).is_none())?;
