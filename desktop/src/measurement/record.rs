@@ -21,7 +21,7 @@ pub struct Record {
     pub at_rest: usize,
     /// Rows below [`Record::slowest_rpm`].
     pub too_slow: usize,
-    /// A tenth of the usual speed: an unbalance has less than a hundredth of its force there.
+    /// Share of the usual speed up to which a row is a slow roll: the force of an unbalance is below 1 % of the usual force there.
     pub slowest_rpm: f64,
 }
 

@@ -29,7 +29,7 @@ impl SortedRun {
     }
 }
 
-/// How much of its run has passed at each reading; at the only one of a run all of it.
+/// Share of the run that has passed at each reading, 0 to 1; 1 for a run of one reading.
 pub(crate) fn run_shares(readings: &[Reading]) -> Vec<f64> {
     let mut runs: BTreeMap<Option<&str>, Vec<usize>> = BTreeMap::new();
     for (i, reading) in readings.iter().enumerate() {

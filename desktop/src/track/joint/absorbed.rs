@@ -6,8 +6,8 @@ use super::scan::{Scan, is_enough};
 use super::scope::EventAt;
 use super::search::{AssumedEvent, EventHistory, PossibleHistory};
 
-/// Odds of a change of an instrument, by a random walk that was learned without it, from which on the walk is learned anew: less is no
-/// more than chance finds in a record.
+/// Least odds of an instrument event, under a random walk that was learned without the event, at which the walk is learned anew.
+/// Noise alone often reaches lower odds.
 const WORTH_LEARNING: f64 = 0.05;
 
 impl JointProblem {

@@ -58,7 +58,7 @@ impl Scan {
         all.max_by(|a, b| a.1.total_cmp(b.1)).map(|(scope, _)| *scope)
     }
 
-    /// Whether a scope explains at least half of what the best one does at an epoch: less is not worth a linearisation of its own.
+    /// Whether the log Bayes factor of a scope is at least half the best scope's at an epoch. A scope below that is not linearised on its own.
     pub fn is_promising(&self, epoch: usize, scope: Scope) -> bool {
         let Some(gains) = self.gains.get(epoch) else { return false };
         let best = gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
