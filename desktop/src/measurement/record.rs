@@ -21,7 +21,7 @@ pub struct Record {
     pub at_rest: usize,
     /// Rows below [`Record::slowest_rpm`].
     pub too_slow: usize,
-    /// Share of the usual speed up to which a row is a slow roll: the force of an unbalance is below 1 % of the usual force there.
+    /// Speed below which a row counts as slow roll: a tenth of the median speed, where the force of an unbalance is 1 % of the usual one.
     pub slowest_rpm: f64,
 }
 
