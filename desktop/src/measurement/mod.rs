@@ -51,7 +51,7 @@ pub fn read(path: &Path, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
 /// As [`read`], and if the slow roll is not there.
 pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
     let (file, text) = text_of(path)?;
-    parse_less(&file, &text, rotor, slow_roll, UnlistedRuns::Refused)
+    parse_less(&file, &text, rotor, slow_roll, UnlistedRuns::Refused, &RowRules::STRICT)
 }
 
 /// The same where runs that the rotor's file does not list are blind: what was added in them is sought.
@@ -60,7 +60,7 @@ pub fn read_less(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec
 /// As [`read_less`].
 pub fn read_with_blind_runs(path: &Path, rotor: &Rotor, slow_roll: &SlowRoll) -> Result<Vec<Reading>, Error> {
     let (file, text) = text_of(path)?;
-    parse_less(&file, &text, rotor, slow_roll, UnlistedRuns::Blind)
+    parse_less(&file, &text, rotor, slow_roll, UnlistedRuns::Blind, &RowRules::STRICT)
 }
 
 /// Reads a measurement of a machine that has no file: probes, and the one unit of all of them, are what the columns say.
@@ -78,7 +78,7 @@ pub fn read_series(path: &Path, known: impl Fn(&str) -> Result<(), String>) -> R
 /// # Errors
 /// As [`read`].
 pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
-    parse_less(file, text, rotor, &SlowRoll::Stated, UnlistedRuns::Refused)
+    parse_less(file, text, rotor, &SlowRoll::Stated, UnlistedRuns::Refused, &RowRules::STRICT)
 }
 
 fn parse_less(
@@ -87,8 +87,9 @@ fn parse_less(
     rotor: &Rotor,
     slow_roll: &SlowRoll,
     unlisted: UnlistedRuns,
+    rules: &RowRules,
 ) -> Result<Vec<Reading>, Error> {
-    let rows = rows(file, text, rotor, slow_roll.run(), unlisted, &RowRules::STRICT)?;
+    let rows = rows(file, text, rotor, slow_roll.run(), unlisted, rules)?;
     let readings = slow_roll.taken_off(file, rows.readings, rotor)?;
     within_films(file, &readings, rotor)?;
     Ok(readings)

@@ -6,7 +6,7 @@ use super::reading::Reading;
 use super::rules::{DayOfDate, RowRules, Rows};
 use super::slow_roll::{SLOW_ROLL_SHARE, SlowRoll};
 use super::table::{UnlistedRuns, rows, text_of};
-use super::within_films;
+use super::{parse_less, within_films};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
@@ -66,10 +66,7 @@ pub fn read_dated(
 ) -> Result<Vec<Reading>, Error> {
     let (file, text) = text_of(path)?;
     let rules = RowRules { times: &TIMES, days, passes_over_standstill: false };
-    let rows = rows(&file, &text, rotor, slow_roll.run(), UnlistedRuns::Refused, &rules)?;
-    let readings = slow_roll.taken_off(&file, rows.readings, rotor)?;
-    within_films(&file, &readings, rotor)?;
-    Ok(readings)
+    parse_less(&file, &text, rotor, slow_roll, UnlistedRuns::Refused, &rules)
 }
 
 fn parse_record(
