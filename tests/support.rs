@@ -1,5 +1,7 @@
 //! What several tests share: where things are in the repository.
 
+#[path = "report/chromium.rs"]
+pub mod chromium;
 #[path = "firmware/sample.rs"]
 pub mod firmware;
 

@@ -4,11 +4,10 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use rotor_edge_tests::repository;
+use rotor_edge_tests::chromium;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -16,40 +15,6 @@ use tempfile::TempDir;
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Between two looks at the page.
 const LOOK: Duration = Duration::from_millis(20);
-const FLAGS: [&str; 10] = [
-    "--headless",
-    "--remote-debugging-pipe",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-dev-shm-usage",
-];
-
-/// Where the browser is; where `CI` is set there must be one.
-fn path() -> Option<PathBuf> {
-    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    let found = FOUND.get_or_init(|| {
-        let output = Command::new(repository("tests/report/browser")).output().expect("bash is there");
-        let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_string();
-        if output.status.success() { Ok(said(&output.stdout).into()) } else { Err(said(&output.stderr)) }
-    });
-    match found {
-        Ok(path) => Some(path.clone()),
-        Err(why) => {
-            assert!(std::env::var_os("CI").is_none(), "no browser: {why}");
-            // what a test prints is not shown where it passes, unless it is written so
-            std::io::stderr()
-                .write_all(format!("NOT RUN, the studio in a browser: {why}\n").as_bytes())
-                .unwrap();
-            None
-        }
-    }
-}
-
 /// A browser with one page open.
 pub struct Browser {
     child: Child,
@@ -65,7 +30,7 @@ pub struct Browser {
 impl Browser {
     /// A browser in a window of this size; none if there is none to be had.
     pub fn open(address: &str, [width, height]: [u32; 2]) -> Option<Self> {
-        let path = path()?;
+        let path = chromium::find("the studio in a browser")?;
         let folder = tempfile::tempdir().unwrap();
         let pipe = |name: &str| folder.path().join(name);
         assert!(Command::new("mkfifo").args([pipe("in"), pipe("out")]).status().unwrap().success());
@@ -75,7 +40,8 @@ impl Browser {
             .args(["-c", "exec 3<\"$0\" 4>\"$1\"; shift; exec \"$@\""])
             .args([pipe("in"), pipe("out")])
             .arg(path)
-            .args(FLAGS)
+            .args(chromium::FLAGS)
+            .arg("--remote-debugging-pipe")
             .args([profile, format!("--window-size={width},{height}"), "about:blank".into()])
             .stdin(Stdio::null())
             .stdout(Stdio::null())

@@ -1,11 +1,9 @@
 //! A headless Chromium that opens a page and says what became of it.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::{Command, Output};
-use std::sync::OnceLock;
 
-use rotor_edge_tests::repository;
+use rotor_edge_tests::chromium;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use tempfile::TempDir;
@@ -16,21 +14,8 @@ const MEASURE: &str = include_str!("../../report/measure.js");
 const USE: &str = include_str!("../../report/use.js");
 /// Longest that one page may take, s.
 const PATIENCE_S: &str = "120";
-/// Flags for a fresh browser that stays by itself.
-const FLAGS: [&str; 11] = [
-    "--headless",
-    // time passes as fast as the page's work is done
-    "--virtual-time-budget=60000",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--hide-scrollbars",
-    "--disable-dev-shm-usage",
-];
+/// Flags beside those of every browser; time passes as fast as the page's work is done.
+const FLAGS: [&str; 2] = ["--virtual-time-budget=60000", "--hide-scrollbars"];
 
 /// A page as it was laid out.
 #[derive(Debug, Deserialize)]
@@ -104,23 +89,8 @@ pub struct Chromium {
 impl Chromium {
     /// A browser, if one is to be had. Where `CI` is set there must be one.
     pub fn find() -> Option<Self> {
-        // once for all tests, which run side by side: it may have to be installed
-        static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-        let found = FOUND.get_or_init(|| {
-            let output = Command::new(repository("tests/report/browser")).output().expect("bash is there");
-            let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_string();
-            if output.status.success() { Ok(said(&output.stdout).into()) } else { Err(said(&output.stderr)) }
-        });
-        match found {
-            Ok(path) => Some(Self { path: path.clone(), folder: tempfile::tempdir().unwrap() }),
-            Err(why) => {
-                assert!(std::env::var_os("CI").is_none(), "no browser: {why}");
-                // what a test prints is not shown where it passes, unless it is written so
-                let said = format!("NOT RUN, pages in a browser: {why}\n");
-                std::io::stderr().write_all(said.as_bytes()).unwrap();
-                None
-            }
-        }
+        let path = chromium::find("pages in a browser")?;
+        Some(Self { path, folder: tempfile::tempdir().unwrap() })
     }
 
     /// What the page logs, line by line.
@@ -201,6 +171,7 @@ impl Chromium {
         let output = command
             .arg(PATIENCE_S)
             .arg(&self.path)
+            .args(chromium::FLAGS)
             .args(FLAGS)
             .arg(format!("--user-data-dir={}", run.path().join("profile").display()))
             .arg(scheme)
