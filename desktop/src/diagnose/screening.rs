@@ -9,8 +9,8 @@ use crate::fit::data::Amplitudes;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fit, Fitter};
 
-/// Readings that are enough for a first look at candidates: 30 speeds of four runs. Data with fewer than twice as many are taken whole.
-pub const ENOUGH_FOR_EFFECTS: usize = 120;
+/// Real numbers for each unknown that are enough for a first look at candidates. Data with fewer than twice as many are taken whole.
+const ENOUGH_FOR_UNKNOWN: usize = 20;
 /// Readings that are enough for a first look at mistakes in the files, which change all readings by more than an effect does: eight
 /// speeds of four runs, each with several real numbers for one unknown size.
 pub const ENOUGH_FOR_MISTAKES: usize = 32;
@@ -33,7 +33,7 @@ impl<'a> Screening<'a> {
     /// If the machine is singular.
     pub fn beside(all: &Fitter<'a>, model: &Hypothesis, fit: &Fit) -> Result<Option<Self>, Error> {
         let runs: Vec<usize> = all.data.rows.iter().map(|row| row.run).collect();
-        let chosen = chosen(&runs, ENOUGH_FOR_EFFECTS);
+        let chosen = chosen(&runs, enough_for_effects(all, model));
         if 2 * chosen.len() > all.data.rows.len() {
             return Ok(None);
         }
@@ -58,15 +58,26 @@ impl<'a> Screening<'a> {
     }
 }
 
-/// About so many of many readings, whose runs these are: of every run, spread evenly over it.
+/// Readings that are enough for a first look at candidates beside a model.
+fn enough_for_effects(all: &Fitter, model: &Hypothesis) -> usize {
+    let unknowns = model.size() + 2 * (all.rotor.plane.len() + model.unknowns().len());
+    let of_a_reading = (2 * all.data.count()).div_ceil(all.data.rows.len()).max(1);
+    (ENOUGH_FOR_UNKNOWN * unknowns).div_ceil(of_a_reading)
+}
+
+/// About so many of many readings, whose runs these are: of every run, its ends and, evenly spread, what lies between those of other
+/// runs, which are often measured at the same speeds.
 pub fn chosen(runs: &[usize], enough: usize) -> Vec<usize> {
     let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); runs.iter().max().map_or(0, |last| last + 1)];
     runs.iter().enumerate().for_each(|(r, run)| of_run[*run].push(r));
     let mut chosen: Vec<usize> = Vec::new();
-    for own in of_run {
+    let count = of_run.len();
+    for (run, own) in of_run.into_iter().enumerate() {
         let share = (enough * own.len()).div_ceil(runs.len());
         let many = share.max(LEAST_OF_RUN).min(own.len());
-        chosen.extend((0..many).map(|k| own[k * (own.len() - 1) / (many - 1).max(1)]));
+        let last = own.len().saturating_sub(1);
+        let between = |k: usize| if k == 0 { 0 } else { k * last + run * last / count };
+        chosen.extend((0..many).map(|k| own[(between(k) / (many - 1).max(1)).min(last)]));
     }
     chosen.sort_unstable();
     chosen
@@ -79,9 +90,10 @@ mod tests {
     #[test]
     fn screened_readings_hold_both_ends_of_every_run() {
         let runs: Vec<usize> = [0; 900].into_iter().chain([1; 5]).chain([2]).collect();
-        let chosen = chosen(&runs, ENOUGH_FOR_EFFECTS);
+        let enough = 120;
+        let chosen = chosen(&runs, enough);
         let of_first = chosen.iter().filter(|r| **r < 900).count();
-        assert!((ENOUGH_FOR_EFFECTS - 2..=ENOUGH_FOR_EFFECTS).contains(&of_first), "{of_first}");
+        assert!((enough - 2..=enough).contains(&of_first), "{of_first}");
         assert_eq!((chosen[0], chosen[of_first - 1]), (0, 899));
         assert_eq!(chosen[of_first..], [900, 904, 905]);
     }

@@ -16,8 +16,9 @@ use crate::error::Error;
 use crate::machine::drawing::Physics;
 use crate::statistics::whitening::Whitening;
 
-/// When the common optimum is found.
-const COMMON: Stop = Stop { steps: 60, tolerance: 1e-6 };
+/// Steps between two derivatives by the drawing's errors, each of which takes as long as several steps; and how often they are taken.
+const COMMON: Stop = Stop::after(3, 0.0).in_standard_deviations().from_nearby();
+const DERIVATIVES: usize = 30;
 
 impl Fitter<'_> {
     /// The drawing around the most probable errors under a hypothesis, sought from a fit; as stated where it
@@ -42,25 +43,13 @@ impl Fitter<'_> {
     /// # Errors
     /// If the machine is singular at the fit.
     pub fn around_the_stated(&self, hypothesis: &Hypothesis, fit: &Fit) -> Result<Drawing, Error> {
-        if self.deviations.is_empty() {
+        if self.drawing_is_exact() {
             return Ok(self.exact_drawing());
         }
-        let stated = DVector::zeros(self.deviations.len());
-        let physics = hypothesis.terms(&fit.x).physics;
-        let mut at = JointProblem {
-            fitter: self,
-            hypothesis,
-            amplitudes: &fit.amplitudes,
-            physics,
-            noise: &self.plain,
-            at: DVector::zeros(0),
-            now: None,
-        };
-        at.move_to(&DVector::from_iterator(
-            fit.x.len() + stated.len(),
-            fit.x.iter().chain(stated.iter()).copied(),
-        ));
-        Ok(at.linear()?.1)
+        let mut at = JointProblem::new(self, hypothesis, fit, &self.plain);
+        at.move_to(&position(fit, &DVector::zeros(self.deviations.len())));
+        at.take_derivative();
+        at.linear()
     }
 
     /// The most probable errors of the drawing under a hypothesis, sought from a fit, and the fit on them.
@@ -79,41 +68,59 @@ impl Fitter<'_> {
         Ok((fit, settled))
     }
 
+    /// The same from the optimum under another noise, whose errors of the drawing these are.
+    ///
+    /// # Errors
+    /// If the machine is singular at the fit.
+    pub fn back_on_common_optimum(
+        &self,
+        hypothesis: &Hypothesis,
+        fit: &Fit,
+        drawing: Drawing,
+    ) -> Result<(Fit, Drawing), Error> {
+        let (x, settled) = if self.drawing_is_exact() {
+            (fit.x.clone(), drawing)
+        } else {
+            let noise = drawing.whitening.of_scatter();
+            let mut at = JointProblem::new(self, hypothesis, fit, &noise);
+            at.move_to(&position(fit, &drawing.deviation));
+            at.by_error = Some(drawing.whitening.by_deviation().clone());
+            at.settle()?
+        };
+        let fit = self.fit(hypothesis, &[x], &settled, Effort::Search, Some(&fit.amplitudes))?;
+        Ok((fit, settled))
+    }
+
     fn common_optimum(
         &self,
         hypothesis: &Hypothesis,
         fit: &Fit,
         drawing: &Drawing,
     ) -> Result<(Vec<f64>, Drawing), Error> {
-        if self.deviations.is_empty() {
+        if self.drawing_is_exact() {
             return Ok((fit.x.clone(), drawing.under(drawing.whitening.of_scatter())));
         }
-        let physics = hypothesis.terms(&fit.x).physics;
         let noise = drawing.whitening.of_scatter();
-        let mut best = JointProblem {
-            fitter: self,
-            hypothesis,
-            amplitudes: &fit.amplitudes,
-            physics,
-            noise: &noise,
-            at: DVector::zeros(0),
-            now: None,
-        };
+        let mut best = JointProblem::new(self, hypothesis, fit, &noise);
         // what is linear around another drawing can foretell errors that no shaft can have
         let foretold =
             drawing.whitening.estimate(&fit.weighted).resize_vertically(self.deviations.len(), 0.0);
         let stated = DVector::zeros(self.deviations.len());
         let values = [foretold, drawing.deviation.clone(), stated].into_iter().map(|deviation| {
-            let at = fit.x.iter().chain(deviation.iter()).copied();
-            let at = DVector::from_iterator(fit.x.len() + deviation.len(), at);
+            let at = position(fit, &deviation);
             best.move_to(&at);
             (best.value(), at)
         });
         let lowest = values.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
         best.move_to(&lowest.1);
-        descend(&mut best, COMMON);
-        best.linear()
+        best.take_derivative();
+        best.settle()
     }
+}
+
+/// Search coordinates of a fit, then errors in standard deviations.
+fn position(fit: &Fit, deviation: &DVector<f64>) -> DVector<f64> {
+    DVector::from_iterator(fit.x.len() + deviation.len(), fit.x.iter().chain(deviation.iter()).copied())
 }
 
 /// Bearings, effects and errors of the drawing together: search coordinates, then errors in standard
@@ -126,26 +133,53 @@ struct JointProblem<'p> {
     noise: &'p Whitening,
     at: DVector<f64>,
     now: Option<Problem<'p>>,
+    /// Change of the model per standard deviation of each error, at this place or at one that a few steps led away from.
+    by_error: Option<DMatrix<f64>>,
 }
 
-impl JointProblem<'_> {
+impl<'p> JointProblem<'p> {
+    /// With supports that depend on amplitudes at those of a fit.
+    fn new(
+        fitter: &'p Fitter<'p>,
+        hypothesis: &'p Hypothesis<'p>,
+        fit: &'p Fit,
+        noise: &'p Whitening,
+    ) -> Self {
+        let (amplitudes, physics) = (&fit.amplitudes, hypothesis.terms(&fit.x).physics);
+        let at = DVector::zeros(0);
+        Self { fitter, hypothesis, amplitudes, physics, noise, at, now: None, by_error: None }
+    }
+
     fn parts(&self) -> (Vec<f64>, DVector<f64>) {
         let n = self.hypothesis.size();
         (self.at.as_slice()[..n].to_vec(), self.at.rows(n, self.at.len() - n).into_owned())
     }
 
-    /// Where it stands, and the drawing with its errors taken as linear there.
-    fn linear(&self) -> Result<(Vec<f64>, Drawing), Error> {
-        let (x, deviation) = self.parts();
-        let now = self.now.as_ref().ok_or_else(singular)?;
-        let jacobian = self.deviation_derivative(now, &deviation).ok_or_else(singular)?;
-        let noise = self.noise.with(&jacobian).around(deviation.clone());
-        Ok((x, Drawing::new(deviation, noise)))
+    fn take_derivative(&mut self) {
+        let (now, (_, deviation)) = (self.now.as_ref(), self.parts());
+        let (rotor, shaft) = (self.fitter.rotor, self.fitter.shaft(&self.physics));
+        let errors = || DrawingErrors::new(rotor, shaft, &self.fitter.deviations, &deviation);
+        self.by_error = now.and_then(|now| now.error_derivative(&errors()));
     }
 
-    fn deviation_derivative(&self, now: &Problem, deviation: &DVector<f64>) -> Option<DMatrix<f64>> {
-        let (rotor, shaft) = (self.fitter.rotor, self.fitter.shaft(&self.physics));
-        now.error_derivative(&DrawingErrors::new(rotor, shaft, &self.fitter.deviations, deviation))
+    /// Goes downhill from a derivative until one that is taken there finds nothing more to gain: search coordinates, and the drawing.
+    fn settle(mut self) -> Result<(Vec<f64>, Drawing), Error> {
+        for _ in 0..DERIVATIVES {
+            let before = self.value();
+            descend(&mut self, COMMON);
+            if before - self.value() <= COMMON.least_gain {
+                break;
+            }
+            self.take_derivative();
+        }
+        Ok((self.parts().0, self.linear()?))
+    }
+
+    /// The drawing with its errors taken as linear there.
+    fn linear(self) -> Result<Drawing, Error> {
+        let (_, deviation) = self.parts();
+        let noise = self.noise.with(&self.by_error.ok_or_else(singular)?).around(deviation.clone());
+        Ok(Drawing::new(deviation, noise))
     }
 }
 
@@ -171,8 +205,7 @@ impl Objective for JointProblem<'_> {
 
     fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let (now, (x, deviation)) = (self.now.as_ref()?, self.parts());
-        let by_error = self.deviation_derivative(now, &deviation)?;
-        let (mut gram, mut slope) = now.joint_normal_equations(&by_error)?;
+        let (mut gram, mut slope) = now.joint_normal_equations(self.by_error.as_ref()?)?;
         for (j, t) in deviation.iter().enumerate() {
             gram[(x.len() + j, x.len() + j)] += 1.0;
             slope[x.len() + j] += t;

@@ -23,9 +23,37 @@ pub struct Stop {
     pub steps: usize,
     /// Change of the sum of squares, relative, that ends it.
     pub tolerance: f64,
+    /// The same as it is, for a sum of squares in standard deviations: what a step foresees to gain is the square of how far any
+    /// unknown is off, in its own.
+    pub least_gain: f64,
+    /// Damping of the first step, of the largest curvature seen: less where the sum is nearly quadratic from the start on.
+    pub damping: f64,
+}
+
+impl Stop {
+    /// From anywhere.
+    pub const fn after(steps: usize, tolerance: f64) -> Self {
+        Self { steps, tolerance, least_gain: 0.0, damping: FIRST_DAMPING }
+    }
+
+    /// No unknown that data determine is left further than 1.4 % of its standard deviation from the optimum.
+    pub const fn in_standard_deviations(self) -> Self {
+        Self { least_gain: 2e-4, ..self }
+    }
+
+    /// From next to the optimum, where directions of little curvature are to be followed at once.
+    pub const fn from_nearby(self) -> Self {
+        Self { damping: NEARBY_DAMPING, ..self }
+    }
+
+    /// Gain that is not worth a step.
+    fn negligible(&self, value: f64) -> f64 {
+        self.least_gain.max(self.tolerance * value)
+    }
 }
 
 const FIRST_DAMPING: f64 = 1e-3;
+const NEARBY_DAMPING: f64 = 1e-6;
 const LEAST_DAMPING: f64 = 1e-12;
 const MOST_DAMPING: f64 = 1e12;
 /// A step that lowers the sum by less than this share of what was foreseen is taken back.
@@ -38,7 +66,7 @@ const LONGEST: f64 = 3.0;
 /// Goes downhill; ends at the lowest place seen.
 pub fn descend(objective: &mut (impl Objective + ?Sized), stop: Stop) {
     let mut value = objective.value();
-    let mut damping = FIRST_DAMPING;
+    let mut damping = stop.damping;
     let mut curvature: DVector<f64> = DVector::zeros(objective.position().len());
     for _ in 0..stop.steps {
         if !value.is_finite() {
@@ -47,12 +75,12 @@ pub fn descend(objective: &mut (impl Objective + ?Sized), stop: Stop) {
         let Some((gram, slope)) = objective.normal_equations() else { return };
         curvature.zip_apply(&gram.diagonal(), |most, now| *most = most.max(now));
         let from = objective.position();
-        let taken = step(objective, &from, value, (&gram, &slope), &curvature, &mut damping, stop.tolerance);
+        let taken = step(objective, &from, value, (&gram, &slope), &curvature, &mut damping, &stop);
         if !taken {
             return;
         }
         let before = std::mem::replace(&mut value, objective.value());
-        if before - value <= stop.tolerance * before {
+        if before - value <= stop.negligible(before) {
             return;
         }
     }
@@ -67,7 +95,7 @@ fn step<L: Objective + ?Sized>(
     (gram, slope): (&DMatrix<f64>, &DVector<f64>),
     curvature: &DVector<f64>,
     damping: &mut f64,
-    tolerance: f64,
+    stop: &Stop,
 ) -> bool {
     let mut growth = 2.0;
     while *damping < MOST_DAMPING {
@@ -80,7 +108,7 @@ fn step<L: Objective + ?Sized>(
             let wanted = -factor.solve(slope);
             let step = wanted.map(|s| s.clamp(-LONGEST, LONGEST));
             let foreseen = -(2.0 * slope.dot(&step) + step.dot(&(gram * &step)));
-            if foreseen <= tolerance * value && step == wanted {
+            if foreseen <= stop.negligible(value) && step == wanted {
                 break;
             }
             objective.move_to(&(from + step));
@@ -129,7 +157,7 @@ mod tests {
     #[test]
     fn descent_follows_curved_valley_and_keeps_idle_unknown() {
         let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 7.0]));
-        descend(&mut valley, Stop { steps: 60, tolerance: 1e-14 });
+        descend(&mut valley, Stop::after(60, 1e-14));
         assert!((valley.0 - DVector::from_vec(vec![1.0, 1.0, 7.0])).amax() < 1e-6);
     }
 
@@ -139,7 +167,7 @@ mod tests {
         let start = valley.value();
         for _ in 0..5 {
             let before = valley.value();
-            descend(&mut valley, Stop { steps: 1, tolerance: 0.0 });
+            descend(&mut valley, Stop::after(1, 0.0));
             assert!(valley.value() <= before);
         }
         assert!(valley.value() < 0.5 * start);

@@ -340,10 +340,10 @@ impl<'a> Fitter<'a> {
 }
 
 /// A short run, none, one to where a candidate is seen for what it is worth, and one to the end.
-const SCOUT: Stop = Stop { steps: 10, tolerance: 1e-4 };
-const STAY: Stop = Stop { steps: 0, tolerance: 0.0 };
-const ROUGH: Stop = Stop { steps: 100, tolerance: 1e-4 };
-const FINISH: Stop = Stop { steps: 200, tolerance: 1e-8 };
+const SCOUT: Stop = Stop::after(10, 1e-4);
+const STAY: Stop = Stop::after(0, 0.0);
+const ROUGH: Stop = Stop::after(100, 1e-4);
+const FINISH: Stop = Stop::after(200, 1e-8).in_standard_deviations();
 
 /// Moves a problem to the best end of short runs from every start.
 fn scout(problem: &mut Problem, starts: &[Vec<f64>]) {

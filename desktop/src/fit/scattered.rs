@@ -1,8 +1,7 @@
 //! A fit under the scatter that its own residuals show.
 
-use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
-use super::{Drawing, Effort, Fit, Fitter};
+use super::{Drawing, Fit, Fitter};
 use crate::error::Error;
 use crate::statistics::between_runs::RunErrors;
 use crate::statistics::scatter::Scatter;
@@ -33,8 +32,8 @@ impl Fitter<'_> {
                 break;
             }
             drawing = drawing.under(about.scattered(found));
-            let amplitudes: Option<&Amplitudes> = Some(&fit.amplitudes);
-            fit = self.fit(hypothesis, &[fit.x.clone()], &drawing, Effort::Search, amplitudes)?;
+            // the drawing's errors with it: held linear, they turn a straight valley into a bent one that takes many steps
+            (fit, drawing) = self.back_on_common_optimum(hypothesis, &fit, drawing)?;
         }
         Ok((fit, drawing))
     }

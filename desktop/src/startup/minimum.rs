@@ -7,7 +7,7 @@ use crate::fit::descent::{Objective, Stop, descend};
 
 /// Step of the differences: unknowns are logarithms, angles or of order one.
 const STEP: f64 = 1e-5;
-const TO_THE_END: Stop = Stop { steps: 60, tolerance: 1e-10 };
+const TO_THE_END: Stop = Stop::after(60, 1e-10);
 
 struct ResidualObjective<F> {
     residuals: F,

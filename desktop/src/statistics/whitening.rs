@@ -104,6 +104,11 @@ impl Whitening {
         Self { centre, ..self }
     }
 
+    /// Weighted response per standard deviation of each deviation, as stated.
+    pub fn by_deviation(&self) -> &DMatrix<f64> {
+        &self.stated
+    }
+
     /// The scatter that it goes by.
     pub fn scatter(&self) -> Scatter {
         self.scattered.scatter

@@ -25,7 +25,7 @@ use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
 
 type C = Complex<f64>;
 
-const STOP: Stop = Stop { steps: 60, tolerance: 1e-8 };
+const STOP: Stop = Stop::after(60, 1e-8);
 /// Factors on the stiffness and on the damping of the free bearings from which a search starts.
 const STARTS: [[f64; 2]; 7] =
     [[1.0, 1.0], [0.6, 1.0], [1.7, 1.0], [1.0, 0.6], [1.0, 1.7], [0.5, 0.5], [2.0, 2.0]];

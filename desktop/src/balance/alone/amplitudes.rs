@@ -20,7 +20,7 @@ type C = Complex<f64>;
 const STARTS: usize = 24;
 /// Effects of a trial weight from which a minimum is sought, relative to the vibration without it.
 const EFFECTS: [f64; 4] = [0.1, 0.4, 1.0, 2.5];
-const STOP: Stop = Stop { steps: 100, tolerance: 1e-14 };
+const STOP: Stop = Stop::after(100, 1e-14);
 /// Minima nearer than this, relative, are one.
 const SAME: f64 = 1e-4;
 /// Misfits below this, relative, are rounding.

@@ -20,7 +20,7 @@ use crate::track::record::Day;
 
 type C = Complex<f64>;
 
-const STOP: Stop = Stop { steps: 60, tolerance: 1e-6 };
+const STOP: Stop = Stop::after(60, 1e-6);
 
 #[derive(Debug, Clone)]
 pub struct BearingGaussian {
