@@ -16,9 +16,10 @@ use crate::error::Error;
 use crate::machine::drawing::Physics;
 use crate::statistics::whitening::Whitening;
 
-/// Steps between two derivatives by the drawing's errors, each of which takes as long as several steps; and how often they are taken.
-const COMMON: Stop = Stop::after(3, 0.0).in_standard_deviations().from_nearby();
-const DERIVATIVES: usize = 30;
+/// When the common optimum is found.
+const COMMON: Stop = Stop::after(60, 1e-6).in_standard_deviations();
+/// The same from the optimum under another noise. Where a model misses so much that it takes more, its noise is no measure of anything.
+const NEARBY: Stop = Stop::after(10, 1e-6).in_standard_deviations().from_nearby();
 
 impl Fitter<'_> {
     /// The drawing around the most probable errors under a hypothesis, sought from a fit; as stated where it
@@ -48,7 +49,6 @@ impl Fitter<'_> {
         }
         let mut at = JointProblem::new(self, hypothesis, fit, &self.plain);
         at.move_to(&position(fit, &DVector::zeros(self.deviations.len())));
-        at.take_derivative();
         at.linear()
     }
 
@@ -84,8 +84,9 @@ impl Fitter<'_> {
             let noise = drawing.whitening.of_scatter();
             let mut at = JointProblem::new(self, hypothesis, fit, &noise);
             at.move_to(&position(fit, &drawing.deviation));
-            at.by_error = Some(drawing.whitening.by_deviation().clone());
-            at.settle()?
+            at.by_error = Some((at.at.clone(), drawing.whitening.by_deviation().clone()));
+            descend(&mut at, NEARBY);
+            (at.parts().0, at.linear()?)
         };
         let fit = self.fit(hypothesis, &[x], &settled, Effort::Search, Some(&fit.amplitudes))?;
         Ok((fit, settled))
@@ -113,8 +114,8 @@ impl Fitter<'_> {
         });
         let lowest = values.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
         best.move_to(&lowest.1);
-        best.take_derivative();
-        best.settle()
+        descend(&mut best, COMMON);
+        Ok((best.parts().0, best.linear()?))
     }
 }
 
@@ -133,8 +134,8 @@ struct JointProblem<'p> {
     noise: &'p Whitening,
     at: DVector<f64>,
     now: Option<Problem<'p>>,
-    /// Change of the model per standard deviation of each error, at this place or at one that a few steps led away from.
-    by_error: Option<DMatrix<f64>>,
+    /// Where it was taken last, and change of the model per standard deviation of each error: it takes as long as several moves.
+    by_error: Option<(DVector<f64>, DMatrix<f64>)>,
 }
 
 impl<'p> JointProblem<'p> {
@@ -155,30 +156,21 @@ impl<'p> JointProblem<'p> {
         (self.at.as_slice()[..n].to_vec(), self.at.rows(n, self.at.len() - n).into_owned())
     }
 
-    fn take_derivative(&mut self) {
-        let (now, (_, deviation)) = (self.now.as_ref(), self.parts());
-        let (rotor, shaft) = (self.fitter.rotor, self.fitter.shaft(&self.physics));
-        let errors = || DrawingErrors::new(rotor, shaft, &self.fitter.deviations, &deviation);
-        self.by_error = now.and_then(|now| now.error_derivative(&errors()));
-    }
-
-    /// Goes downhill from a derivative until one that is taken there finds nothing more to gain: search coordinates, and the drawing.
-    fn settle(mut self) -> Result<(Vec<f64>, Drawing), Error> {
-        for _ in 0..DERIVATIVES {
-            let before = self.value();
-            descend(&mut self, COMMON);
-            if before - self.value() <= COMMON.least_gain {
-                break;
-            }
-            self.take_derivative();
+    /// Change of the model per standard deviation of each error.
+    fn by_error(&mut self) -> Option<&DMatrix<f64>> {
+        if self.by_error.as_ref().is_none_or(|(at, _)| *at != self.at) {
+            let (now, (_, deviation)) = (self.now.as_ref()?, self.parts());
+            let (rotor, shaft) = (self.fitter.rotor, self.fitter.shaft(&self.physics));
+            let errors = DrawingErrors::new(rotor, shaft, &self.fitter.deviations, &deviation);
+            self.by_error = now.error_derivative(&errors).map(|taken| (self.at.clone(), taken));
         }
-        Ok((self.parts().0, self.linear()?))
+        Some(&self.by_error.as_ref()?.1)
     }
 
     /// The drawing with its errors taken as linear there.
-    fn linear(self) -> Result<Drawing, Error> {
-        let (_, deviation) = self.parts();
-        let noise = self.noise.with(&self.by_error.ok_or_else(singular)?).around(deviation.clone());
+    fn linear(&mut self) -> Result<Drawing, Error> {
+        let ((_, deviation), noise) = (self.parts(), self.noise);
+        let noise = noise.with(self.by_error().ok_or_else(singular)?).around(deviation.clone());
         Ok(Drawing::new(deviation, noise))
     }
 }
@@ -203,9 +195,10 @@ impl Objective for JointProblem<'_> {
         self.now.as_ref().map_or(f64::INFINITY, |now| now.cost() + self.parts().1.norm_squared())
     }
 
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let (now, (x, deviation)) = (self.now.as_ref()?, self.parts());
-        let (mut gram, mut slope) = now.joint_normal_equations(self.by_error.as_ref()?)?;
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        self.by_error()?;
+        let ((_, by_error), (x, deviation)) = (self.by_error.as_ref()?, self.parts());
+        let (mut gram, mut slope) = self.now.as_ref()?.joint_normal_equations(by_error)?;
         for (j, t) in deviation.iter().enumerate() {
             gram[(x.len() + j, x.len() + j)] += 1.0;
             slope[x.len() + j] += t;

@@ -14,7 +14,7 @@ pub trait Objective {
     /// The sum of squares there; infinite where there is none.
     fn value(&self) -> f64;
     /// `JᵀJ` and `Jᵀr`, with J the derivative of the residuals r.
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)>;
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)>;
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -146,7 +146,7 @@ mod tests {
             100.0 * (self.0[1] - self.0[0].powi(2)).powi(2) + (1.0 - self.0[0]).powi(2)
         }
 
-        fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
             let x = &self.0;
             let j = DMatrix::from_row_slice(2, 3, &[-20.0 * x[0], 10.0, 0.0, -1.0, 0.0, 0.0]);
             let r = DVector::from_vec(vec![10.0 * (x[1] - x[0].powi(2)), 1.0 - x[0]]);

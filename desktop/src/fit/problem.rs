@@ -342,7 +342,7 @@ impl Objective for Problem<'_> {
         self.cost()
     }
 
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         self.equations(self.derivative()?)
     }
 }

@@ -41,9 +41,9 @@ impl Objective for BoundedProblem<'_, '_> {
         self.problem.value()
     }
 
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        let x = self.problem.x();
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let (mut gram, mut slope) = self.problem.normal_equations()?;
+        let x = self.problem.x();
         for i in 0..x.len() {
             // downhill is against the slope
             let held = (x[i] <= self.bounds.low[i] && slope[i] > 0.0)

@@ -41,7 +41,7 @@ impl<F: Fn(&DVector<f64>) -> DVector<f64>> Objective for ResidualObjective<F> {
         (self.residuals)(&self.at).norm_squared()
     }
 
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let jacobian = self.jacobian();
         let slope = jacobian.tr_mul(&(self.residuals)(&self.at));
         Some((jacobian.tr_mul(&jacobian), slope))

@@ -178,7 +178,7 @@ impl Objective for CaseMisfit<'_> {
         misfit.map_or(f64::INFINITY, |misfit| misfit + prior)
     }
 
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = self.x.len();
         let (mut gram, mut slope) = (DMatrix::zeros(n, n), DVector::zeros(n));
         for day in self.days {

@@ -60,7 +60,7 @@ impl Objective for Amplitudes<'_> {
         self.all.iter().map(|run| ((self.phasor(run).norm() - run.size) / run.sigma).powi(2)).sum()
     }
 
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let size = self.x.len();
         let (mut gram, mut slope) = (DMatrix::zeros(size, size), DVector::zeros(size));
         for run in self.all {
@@ -314,7 +314,7 @@ impl RowFit {
     /// Coefficients at the lowest minimum; `scale` is the noise over the stated one, 0 where it is not known.
     fn coefficients(&self, scale: f64, largest: f64) -> InfluenceCoefficients {
         let x = &self.found[0].0;
-        let at = Amplitudes { all: &self.all, x: x.clone() };
+        let mut at = Amplitudes { all: &self.all, x: x.clone() };
         let size = x.len().div_ceil(2);
         let covariance = at
             .normal_equations()

@@ -164,7 +164,7 @@ impl<'a> Marginal<'a> {
             let (height, _) = self.log_density(&profile.z)?;
             Some((height, profile))
         };
-        let (_, best) = starts.iter().filter_map(from).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (_, mut best) = starts.iter().filter_map(from).max_by(|a, b| a.0.total_cmp(&b.0))?;
         let (gram, _) = best.normal_equations()?;
         Student::new(best.z, gram.try_inverse()?)
     }
@@ -191,7 +191,7 @@ impl Objective for Profile<'_, '_> {
     }
 
     /// Variable projection (Kaufman 1975): slopes at the best unbalance, less what the unbalance takes up of them.
-    fn normal_equations(&self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+    fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let logs = self.of.logs(&self.z);
         let WeightedSystem { columns, target } = self.of.system(&logs)?;
         let precision = columns.ad_mul(&columns).cholesky()?;
