@@ -24,11 +24,11 @@ impl Effect for BowKink {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "The shaft is bent when it is free, more on one side of its middle than on the other, as by a kink. Held in \
-                   its bearings it pulls round with a force that is the same at every speed, but spread unlike that of a \
-                   bow.",
-            means: "A disk or sleeve shrunk on askew, a joint of a built-up rotor whose faces are not square, unevenly \
-                    tightened tie bolts, a shaft yielded at a fillet.",
+            what: "The shaft is bent when it is free, more on one side of its middle than on the other, as by a kink. \
+                Held in its bearings, it causes a rotating force that is the same at every speed. \
+                Its distribution along the shaft differs from that of a bow.",
+            means: "A disk or sleeve shrunk on askew, or a joint of a built-up rotor whose faces are not \
+                square. Unevenly tightened tie bolts, or a shaft yielded at a fillet.",
             inspect: "Runout along the shaft on rollers: a bow is round, a kink has a corner. Faces, fit and bolts \
                       there.",
         }

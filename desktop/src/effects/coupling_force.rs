@@ -26,8 +26,7 @@ impl Effect for CouplingForce {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "A force at the coupled end of the shaft turns with it and is the same at every speed; the bearing \
-                   next to the coupling feels it most.",
+            what: "A force at the coupled end of the shaft turns with it and is the same at every speed. It acts mostly on the bearing next to the coupling.",
             means: "Misaligned or eccentric coupling halves, an unevenly tightened or worn coupling.",
             inspect: "Alignment hot and cold, face and rim runout of the coupling, bolts; look for a line at twice \
                       running speed.",

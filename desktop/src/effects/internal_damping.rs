@@ -32,8 +32,8 @@ impl Effect for InternalDamping {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "Friction inside the rotor turns with it. A shaft that whirls forward in a circle is not flexed, so \
-                   only the backward part of the motion is damped; above the first resonance it feeds forward whirl.",
+            what: "Friction inside the rotor turns with it. A shaft that whirls forward in a circle is not flexed, so only the backward part of \
+                the motion is damped. Above the first resonance it drives forward whirl.",
             means: "Shrink fits, splines or built-up rotors that slip, rubber in the coupling.",
             inspect: "Fits of disks and sleeves, coupling elements; look for a sub-synchronous line at the first \
                       natural frequency.",

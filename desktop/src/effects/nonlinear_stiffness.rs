@@ -34,8 +34,7 @@ impl Effect for NonlinearStiffness {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "The bearings become stiffer or softer as the shaft moves more, so the resonance shifts and leans as \
-                   weight is added; it shows near resonance only.",
+            what: "The bearings become stiffer or softer as the shaft moves more, so the resonance shifts and leans as weight is added. It shows near resonance only.",
             means: "A large amplitude for the clearance, a rub that acts as a spring, or looseness.",
             inspect: "Compare run-ups with different unbalance; bearing clearance, rub marks, looseness.",
         }

@@ -26,9 +26,8 @@ impl Effect for ShaftBow {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "The shaft is bent when it is free. Held in its bearings it pulls round with a force that is the \
-                   same at every speed, so it shows at slow roll already, and above a resonance it can cancel the \
-                   unbalance.",
+            what: "The shaft is bent when it is free. Held in its bearings, it causes a rotating force that is the same at every speed. So \
+                it shows at slow roll already, and above a resonance it can cancel the unbalance.",
             means: "A thermal bow, a shaft left standing while warm, a heavy rub, or a bent shaft after transport.",
             inspect: "Slow-roll vectors and their change with temperature; runout of the shaft on rollers.",
         }

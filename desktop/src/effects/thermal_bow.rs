@@ -25,8 +25,8 @@ impl Effect for ThermalBow {
         Knowledge {
             what: "The shaft bends further while the run lasts: the vector turns and grows from reading to reading by \
                    more than the speed explains, and does not come back the way it went.",
-            means: "A shaft heated on one side by a light rub or in its journal, a winding or insulation that \
-                    warms unevenly, parts that shift as they expand.",
+            means: "A shaft heated on one side by a light rub or in its journal. A winding or insulation that warms unevenly, or parts that shift as \
+                they expand.",
             inspect: "Vectors at constant speed over an hour, run-up against coast-down, slow roll cold and hot, bearing \
                       temperatures, and rub marks.",
         }

@@ -37,13 +37,14 @@ impl Effect for UnbalanceOfRun {
 
     fn knowledge(&self) -> Knowledge {
         Knowledge {
-            what: "One run has another unbalance than the others and its own stated weights give it; within the run it \
-                   stays the same and grows with speed squared like any unbalance.",
+            what: "The unbalance of one run differs from that of the other runs and its own stated \
+                weights. Within the run its force grows with speed squared, like that of any \
+                unbalance.",
             means: "A trial weight that is not as stated: left off, in another hole, counted against the rotation, of \
                     another mass or radius. Or a rotor that changed between run-ups: a thermal state, parts that seat \
                     anew, a weight that came loose, material lost.",
-            inspect: "The weights of that run, their holes, masses and radii against the record; the fits of disks and \
-                      coupling; then a further run-up in the same state, cold and hot.",
+            inspect: "The weights of that run: their holes, masses and radii against the record. The fits \
+                of disks and coupling. Then a further run-up in the same state, cold and hot.",
         }
     }
 }

@@ -6,7 +6,7 @@ use rotor_edge_core::state::Reason;
 use rotor_edge_desktop::effects;
 use serde_json::json;
 
-use super::glossary::{Kind, WORDS, explained, not_known};
+use super::glossary::{Kind, explained, not_known, words};
 use super::output::{self, Json};
 use crate::bus::states::name;
 use crate::say;
@@ -40,9 +40,8 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
 }
 
 fn list(as_json: bool) -> Json {
-    let of = |wanted: Kind| {
-        WORDS.iter().filter(|w| w.kind == wanted).map(|w| w.name.to_string()).collect::<Vec<_>>()
-    };
+    let of =
+        |wanted: Kind| words().filter(|w| w.kind == wanted).map(|w| w.name.to_string()).collect::<Vec<_>>();
     let effects: Vec<String> = effects::ALL.into_iter().map(|e| e.name().to_string()).collect();
     let reasons: Vec<String> = Reason::ALL.into_iter().map(name).collect();
     let groups = [

@@ -1,6 +1,7 @@
 //! Words of the program with their meanings: terms, verdicts, states and physical effects.
 
 mod spelling;
+mod terms;
 mod words;
 
 use rotor_edge_core::state::Reason;
@@ -10,7 +11,7 @@ use crate::bus::states::name;
 use crate::watch::reasons::{Why, why};
 use spelling::OTHER_SPELLINGS;
 use words::Word;
-pub use words::{Kind, WORDS};
+pub use words::{Kind, words};
 
 /// What is said of a word.
 pub struct Explained {
@@ -36,7 +37,7 @@ pub fn explained(asked: &str) -> Option<Explained> {
         plain(w.name) == asked || w.also.iter().any(|also| plain(also) == asked) || is_other(w.name)
     };
     let reason = || Reason::ALL.into_iter().find(|reason| plain(&name(reason)) == asked);
-    let word = WORDS.iter().find(is_it).map(of_word);
+    let word = words().find(is_it).map(of_word);
     word.or_else(|| effect.map(of_effect)).or_else(|| reason().map(of_reason))
 }
 
@@ -49,7 +50,7 @@ pub fn said_in(text: &str) -> Vec<(String, String)> {
     let text = spaced(text);
     // a letter alone is rarely the one that is meant
     let is_said = |name: &str| name.len() > 1 && text.contains(&spaced(name));
-    let words = WORDS.iter().filter(|w| w.kind != Kind::State);
+    let words = words().filter(|w| w.kind != Kind::State);
     let words =
         words.filter(|w| std::iter::once(&w.name).chain(w.also).any(|name| is_said(name))).map(of_word);
     let effects = effects::ALL.into_iter().filter(|e| is_said(e.name())).map(of_effect);
@@ -99,7 +100,7 @@ pub fn other_spellings_in(text: &str) -> Vec<(&'static str, &'static str)> {
 
 pub fn not_known(asked: &str) -> String {
     let asked = plain(asked);
-    let all = WORDS.iter().map(|w| w.name).chain(effects::ALL.into_iter().map(|e| e.name()));
+    let all = words().map(|w| w.name).chain(effects::ALL.into_iter().map(|e| e.name()));
     let near: Vec<&str> =
         all.filter(|name| plain(name).contains(&asked) || asked.contains(&plain(name))).collect();
     match near.is_empty() {
@@ -116,8 +117,7 @@ mod tests {
 
     #[test]
     fn glossary_explains_every_effect_verdict_and_state_once() {
-        let mut names: Vec<String> = WORDS
-            .iter()
+        let mut names: Vec<String> = words()
             .flat_map(|w| std::iter::once(w.name).chain(w.also.iter().copied()))
             .chain(effects::ALL.into_iter().map(|e| e.name()))
             .map(plain)
@@ -129,7 +129,7 @@ mod tests {
         names.sort();
         assert!(names.windows(2).all(|pair| pair[0] != pair[1]), "{names:?}");
         let is_there =
-            |name: String, kind: Kind| WORDS.iter().any(|w| w.kind == kind && plain(w.name) == plain(&name));
+            |name: String, kind: Kind| words().any(|w| w.kind == kind && plain(w.name) == plain(&name));
         assert!(NodeState::ALL.iter().all(|state| is_there(format!("{state:?}"), Kind::State)));
         for verdict in ["adequate", "missing", "undecided", "unknown", "not_determined"] {
             assert!(is_there(verdict.into(), Kind::Verdict), "{verdict}");
@@ -156,10 +156,10 @@ mod tests {
     #[test]
     fn other_spellings_belong_to_terms_and_are_no_terms() {
         for (term, others) in OTHER_SPELLINGS {
-            assert!(WORDS.iter().any(|w| w.name == *term), "{term}");
+            assert!(words().any(|w| w.name == *term), "{term}");
             for other in *others {
                 assert_eq!(explained(other).unwrap().name, *term, "{other}");
-                assert!(WORDS.iter().all(|w| w.name != *other && !w.also.contains(other)), "{other}");
+                assert!(words().all(|w| w.name != *other && !w.also.contains(other)), "{other}");
             }
         }
         assert_eq!(other_spellings_in("The peak-to-peak value"), [("peak-to-peak", "pk-pk")]);
