@@ -1,6 +1,8 @@
 //! The formats of files, a file each: bytes in, cells or samples out.
 
 mod arrays;
+#[cfg(test)]
+mod example;
 mod matlab;
 mod numpy;
 #[cfg(feature = "parquet")]
@@ -26,6 +28,7 @@ pub enum Content {
     Waveform(Waveform),
 }
 
+#[derive(Clone, Copy)]
 struct Format {
     /// Extensions of its files, the usual one first.
     extensions: &'static [&'static str],
@@ -50,12 +53,17 @@ const FORMATS: [Format; 7] = [
 /// # Errors
 /// One sentence with the file if it cannot be read or is of no format here.
 pub fn sheets(path: &Path, score: fn(&SheetRow) -> usize) -> Result<Vec<Sheet>> {
+    sheets_of(&FORMATS, path, score)
+}
+
+/// The same with these formats, text first.
+fn sheets_of(formats: &[Format], path: &Path, score: fn(&SheetRow) -> usize) -> Result<Vec<Sheet>> {
     let file = path.display().to_string();
     let bytes = bytes(path)?;
     if bytes.is_empty() {
         bail!("{file}: is empty, expected a table of measurements");
     }
-    let format = FORMATS.iter().find(|format| (format.is)(&bytes)).unwrap_or(&FORMATS[0]);
+    let format = formats.iter().find(|format| (format.is)(&bytes)).unwrap_or(&formats[0]);
     match (format.read)(&file, &bytes)? {
         Content::Sheets(sheets) => Ok(sheets),
         Content::Text(text) => Ok(vec![Sheet::of_text(text, score)?]),
