@@ -8,12 +8,12 @@ use rotor_edge::command::{Cli, other_spellings_in};
 
 use crate::golden::manifest;
 
-/// Pages of a folder, without the change log, which quotes messages of before.
+/// Pages of a folder, without the change log, which quotes messages of before, and the glossary, which tells other spellings.
 fn pages(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let is_page = |path: &PathBuf| {
         path.extension().is_some_and(|e| e == "md")
-            && path.file_name().is_some_and(|name| name != "CHANGELOG.md")
+            && path.file_name().is_some_and(|name| name != "CHANGELOG.md" && name != "glossary.md")
     };
     entries.filter(is_page).collect()
 }
@@ -23,6 +23,9 @@ fn prose(text: &str) -> String {
     let is_code = |(k, _): &(usize, &str)| k % 2 == 1;
     let without_blocks = text.split("```").enumerate().filter(|part| !is_code(part)).map(|(_, part)| part);
     let text = without_blocks.collect::<Vec<_>>().join(" ");
+    let after_target = |part: &str| part.split_once(')').map_or(String::new(), |(_, after)| after.to_string());
+    let (first, links) = text.split_once("](").unwrap_or((&text, ""));
+    let text = first.to_string() + &links.split("](").map(after_target).collect::<Vec<_>>().join(" ");
     text.split('`')
         .enumerate()
         .filter(|part| !is_code(part))
