@@ -100,6 +100,8 @@ pub struct ImprovementOutcome {
     pub candidates_before: Vec<Candidate>,
     /// Candidates of the last diagnosis that were not added, most probable first.
     pub candidates: Vec<Candidate>,
+    /// Probability that nothing is missing, by the first diagnosis and by the last.
+    pub nothing_missing: [f64; 2],
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²) of the model at the start.
     pub error_before: f64,
     /// χ² per measured real number of the model at the start.
@@ -158,6 +160,7 @@ pub fn improve_telling(
         summary: at_start.summary.clone(),
         candidates_before: at_start.candidates.clone(),
         candidates: at_start.candidates,
+        nothing_missing: [at_start.nothing_missing; 2],
         error_before: at_start.error_before,
         chi2_per_value_before: at_start.chi2_per_value,
         scatter: at_start.scatter,
@@ -198,6 +201,7 @@ pub fn improve_telling(
     (outcome.verdict, outcome.summary, outcome.candidates) = (now.verdict, now.summary, now.candidates);
     (outcome.scatter, outcome.determined, outcome.unknown) = (now.scatter, now.determined, now.unknown);
     outcome.bearings = now.bearings;
+    outcome.nothing_missing[1] = now.nothing_missing;
     // the effects of the set together against something that no effect is
     let probability = 1.0 / (1.0 + unknown_odds);
     (outcome.refuted, outcome.remarks) = runs::told(&changes, probability, outcome.verdict.model_fits());

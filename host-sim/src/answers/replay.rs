@@ -11,6 +11,7 @@ use super::identify::Identification;
 use super::tracker::TrackerResult;
 use crate::bus::numbers::probe_numbers;
 use crate::bus::states::name;
+use crate::ingest::dates::Dates;
 use crate::replay::check::Equivalence;
 use crate::replay::fit::ModelFit;
 use crate::replay::{AnsweredReading, Flag, Replay, StateChange, day};
@@ -50,6 +51,7 @@ pub struct ReplayJob {
     /// How long a verdict counts, s.
     pub age_limit_s: f64,
     pub power_cuts_d: Vec<f64>,
+    pub dates: Dates,
 }
 
 /// The days from an event on, with the model as it was and with a better one.

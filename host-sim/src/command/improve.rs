@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{DiagnosisVerdict, ImprovementOutcome, improve_telling};
+use rotor_edge_desktop::diagnose::{DiagnosisVerdict, ImprovementOutcome, diagnose, improve_telling};
 use rotor_edge_desktop::machine::drawing::{Rotor, UnusedProbe};
 use rotor_edge_desktop::measurement::Reading;
 
@@ -16,6 +16,7 @@ use crate::answers::diagnose::ImprovementAnswer;
 use crate::command::shell;
 use crate::edge::Redundancy;
 use crate::render;
+use crate::render::waterfall::Stage;
 use crate::say;
 use crate::terminal;
 
@@ -67,7 +68,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         let drawn = fitted::curves(fits, &readings);
         let (words, command) = next.clone();
         let story = render::improve::story(&answer, &drawn, (words, Some(command)));
-        let sections = render::improve::sections(&answer, &rotor, &drawn);
+        let sections = render::improve::sections(&answer, &stages(&outcome, &readings)?, &rotor, &drawn);
         output::story(path, &format!("{}: before and after", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
@@ -122,6 +123,18 @@ fn next(arguments: &Arguments, outcome: &ImprovementOutcome) -> (String, String)
         ),
         _ => ("see what the model still lacks, and what to measure".into(), diagnose(path)),
     }
+}
+
+/// What a diagnosis says of the model as it was and with every step; of those between, which `improve` does not need, it is made here.
+fn stages(outcome: &ImprovementOutcome, readings: &[Reading]) -> Result<Vec<Stage>> {
+    let [before, after] = Stage::ends(outcome);
+    let Some((_, between)) = outcome.steps.split_last() else { return Ok(vec![before]) };
+    let mut stages = vec![before];
+    for step in between {
+        stages.push(Stage::between(step.added.label(), &diagnose(&step.rotor, readings)?));
+    }
+    stages.push(after);
+    Ok(stages)
 }
 
 /// The model as it was, and with every step.

@@ -64,7 +64,7 @@ impl DayCount {
 }
 
 /// When day 0 was, where somebody said so.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Dates(Option<Moment>);
 
 /// The moment that a text on the command line is.

@@ -6,6 +6,7 @@ use rotor_edge_desktop::significance::percent;
 use super::findings;
 use super::fitted::{self, FittedCurves, Unnamed};
 use super::text::capital;
+use super::waterfall::{Stage, waterfall};
 use super::{PageTable, Section, Story};
 use crate::answers::diagnose::{Addition, FittedAnswer, ImprovementAnswer, StepAnswer};
 use crate::scale::three_digits;
@@ -113,8 +114,13 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
 }
 
 /// The page below the story; `rotor` is the machine as its file has it.
-pub fn sections(answer: &ImprovementAnswer, rotor: &Rotor, drawn: &FittedCurves) -> Vec<Section> {
-    let mut sections = vec![found(answer)];
+pub fn sections(
+    answer: &ImprovementAnswer,
+    stages: &[Stage],
+    rotor: &Rotor,
+    drawn: &FittedCurves,
+) -> Vec<Section> {
+    let mut sections = vec![Section { figures: waterfall(stages).into_iter().collect(), ..found(answer) }];
     sections.extend(fitted::compared(rotor, drawn));
     sections.push(findings::section(
         &answer.noise,

@@ -79,6 +79,7 @@ pub mod text;
 pub mod track;
 pub mod trend;
 pub mod trial_balance;
+pub mod waterfall;
 pub mod wave;
 pub mod weights;
 

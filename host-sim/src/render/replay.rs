@@ -32,22 +32,26 @@ pub fn text(answer: &ReplayAnswer) -> String {
 /// Whether the model fits, and since when it does or does not, in one sentence.
 pub fn verdict(answer: &ReplayAnswer) -> String {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let dates = answer.job.dates;
     match answer.fit {
         ModelFit::Throughout => format!(
             "The model fits: no flag in {} of {} readings that were evaluated.",
             answer.readings, answer.job.recorded
         ),
         ModelFit::StoppedOn { first_d, before, after } if before.is_finite() => format!(
-            "The model stopped fitting on day {first_d:.0}: the residual rose from {} to {} of the features.",
+            "The model stopped fitting on {}: the residual rose from {} to {} of the features.",
+            dates.day(first_d),
             percent(before),
             percent(after)
         ),
         ModelFit::StoppedOn { first_d, after, .. } => format!(
-            "The model has not fitted since the first day, {first_d:.0}: the residual is {} of the features.",
+            "The model has not fitted since the first day, {}: the residual is {} of the features.",
+            dates.day(first_d).trim_start_matches("day "),
             percent(after)
         ),
         ModelFit::BeganOn { first_d, before, after } => format!(
-            "The model began to fit on day {first_d:.0}: the residual fell from {} to {} of the features.",
+            "The model began to fit on {}: the residual fell from {} to {} of the features.",
+            dates.day(first_d),
             percent(before),
             percent(after)
         ),
@@ -59,7 +63,8 @@ fn flags(answer: &ReplayAnswer) -> Vec<String> {
     let line = |flag: &FlagSummary| {
         let suspect =
             flag.suspect.as_deref().map_or("no suspect bearing".into(), |b| format!("suspect bearing {b}"));
-        format!("Flag raised on day {:.0}, up for {} readings; {suspect}.", flag.time_d, flag.readings)
+        let day = answer.job.dates.day(flag.time_d);
+        format!("Flag raised on {day}, up for {} readings; {suspect}.", flag.readings)
     };
     answer.flags.iter().map(line).collect()
 }
@@ -79,7 +84,8 @@ pub fn story(answer: &ReplayAnswer, residual: Figure, next: (String, Option<Stri
             LastUnbalance::Known(known) => {
                 let planes = known.determined.planes.as_ref().map_or(0, Vec::len);
                 let lines = findings::planes(&known.determined);
-                format!("On day {:.0}. {}.", known.time_d, lines[..planes.min(lines.len())].join(". "))
+                let day = answer.job.dates.day(known.time_d);
+                format!("On {day}. {}.", lines[..planes.min(lines.len())].join(". "))
             }
             LastUnbalance::Unknown { why } => format!("No interval: {why}."),
         },

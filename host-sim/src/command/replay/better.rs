@@ -115,10 +115,11 @@ pub fn trends(
     };
     let figure = |title: String, quantity: &str, caption: &str, curves| {
         let drawn = Trend {
-            along: "time, days".into(),
+            along: answer.job.dates.axis(),
             quantity: quantity.into(),
             curves,
             flags: answer.flags.iter().map(|f| f.time_d).collect(),
+            begin: answer.job.dates.iso(0.0),
             ..Trend::default()
         };
         Figure::new(title, caption, trend(&drawn))

@@ -21,6 +21,7 @@ use crate::answers::replay::{ReplayAnswer, ReplayJob, answers};
 use crate::bus::BusConfig;
 use crate::command::shell;
 use crate::edge::Deployment;
+use crate::ingest::dates::Dates;
 use crate::render::{self, Figure, Section};
 use crate::replay::check::equivalence;
 use crate::replay::fit::ModelFit;
@@ -133,6 +134,11 @@ impl Arguments {
         Ok(())
     }
 
+    /// When day 0 of the record was, where its first lines say so.
+    fn dates(&self) -> Result<Dates> {
+        self.record.as_deref().map_or(Ok(Dates::default()), |record| Dates::of(None, record))
+    }
+
     fn load(&self) -> Result<(Rotor, Vec<Reading>, Option<Vec<Reading>>)> {
         let (Some(rotor), Some(record)) = (&self.rotor, &self.record) else {
             let (rotor, record, runup) = sample::load()?;
@@ -204,6 +210,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         bus: arguments.over.label(),
         age_limit_s: f64::from(age_limit_s(&config, &record)),
         power_cuts_d: config.power_cuts_d.clone(),
+        dates: arguments.dates()?,
     };
     let mut answer = ReplayAnswer::of(&rotor, &record, &played, &agreement, &raised, last, job);
     answer.better = better.as_ref().map(|b| b.answer(&record, &played));

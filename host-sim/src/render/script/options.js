@@ -40,7 +40,7 @@ function dateOf(begin, day) {
 // A round number as a power of ten where it is long.
 function power(value) {
   const exponent = Math.floor(Math.log10(value) + 1e-9);
-  if (exponent >= -3 && exponent < 5) return written(value);
+  if (exponent >= -3 && exponent < 6) return written(value);
   const head = Math.round(value / 10 ** exponent);
   const raised = `${exponent}`.replace("-", "⁻").replace(/\d/g, (d) => RAISED[d]);
   return `${head === 1 ? "" : `${head}·`}10${raised}`;
@@ -121,7 +121,8 @@ function axisOption(axis, index, isUpward, reach, theme, left_px) {
     gridIndex: index,
     type: axis.is_log ? "log" : "value",
     show: !axis.is_hidden,
-    name: axis.name ?? "",
+    // the labels are dates, and the table has the days
+    name: axis.begin ? (axis.begin.endsWith("Z") ? "date, UTC" : "date") : axis.name ?? "",
     nameLocation: "middle",
     nameGap: isUpward ? left_px - 18 : 27,
     nameTextStyle: { color: theme.ink, fontSize: TEXT_PX },
