@@ -207,8 +207,8 @@ def track(
     """Follows the unbalance of a long record while bearings change.
 
     runup: one in the state of the first days. later_runup: ones after an event, for joint. begin: when day 0 was, then days have
-    dates. identified: no phase I. paper and proposals: of bayes. as_known_then: of joint, every so manyth
-    reading with what was known on its day. outage: of joint, first and last day or date of each time in which the machine stood;
+    dates. identified: no phase I. paper and proposals: of bayes. as_known_then: of joint, estimates every
+    Nth reading again, using only data up to its day. outage: of joint, first and last day or date of each time in which the machine stood;
     bearings and unbalance are new after it. rise, ratio_limit, ratio_floor, persistence: when a reading is suspicious (relative
     to the level, of the features) and when that is a flag (readings in a row). growth: largest of a plane relative to the day
     before. progress: called with the steps that are done and about how many there are:

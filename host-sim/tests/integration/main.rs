@@ -25,6 +25,7 @@ mod plan;
 mod power;
 mod program;
 mod reconnect;
+mod replay_dates;
 mod shared;
 mod simulate;
 mod simulated;

@@ -23,7 +23,8 @@ fn prose(text: &str) -> String {
     let is_code = |(k, _): &(usize, &str)| k % 2 == 1;
     let without_blocks = text.split("```").enumerate().filter(|part| !is_code(part)).map(|(_, part)| part);
     let text = without_blocks.collect::<Vec<_>>().join(" ");
-    let after_target = |part: &str| part.split_once(')').map_or(String::new(), |(_, after)| after.to_string());
+    let after_target =
+        |part: &str| part.split_once(')').map_or(String::new(), |(_, after)| after.to_string());
     let (first, links) = text.split_once("](").unwrap_or((&text, ""));
     let text = first.to_string() + &links.split("](").map(after_target).collect::<Vec<_>>().join(" ");
     text.split('`')

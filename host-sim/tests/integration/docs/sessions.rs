@@ -15,7 +15,7 @@ use crate::docs::recording;
 const ELSEWHERE: [(&str, &str); 4] = [
     ("docs/plant.md", "plant/tests/integration"),
     ("docs/plant-at-scale.md", "plant/tests/integration"),
-    ("docs/studio.md", "studio/tests"),
+    ("docs/studio.md", "studio/tests/integration/page_of_book.rs"),
     ("docs/boards.md", "boards/test"),
 ];
 
