@@ -85,7 +85,7 @@ fn allowed(p: &Parameter, value: f64) -> Result<(), String> {
     Err(format!("the parameter {} is {value:e}, expected {from:.3e} to {to:.3e} {}", p.name, p.unit))
 }
 
-/// What no machine on earth has of a unit: far more than a fit of what is as good as rigid ends with.
+/// Upper limit for each unit. Above it, a fitted value is rejected as unphysical.
 fn largest_on_earth(unit: &str) -> f64 {
     match unit {
         "N/m" => 1e15,

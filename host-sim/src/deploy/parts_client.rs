@@ -127,7 +127,7 @@ impl<'a> PartsClient<'a> {
     }
 
     fn take_ack(&mut self, time_us: u64, ack: Ack) {
-        // of another round: repeated, or overtaken by a later offer
+        // an acknowledgement for an earlier offer is ignored
         if (ack.round, ack.crc32) != (self.offer.round, self.offer.crc32) || self.silent == 0 {
             return;
         }

@@ -9,7 +9,7 @@
 //! | [`refutation`] | stated weights that cannot be true |
 //! | [`region`] | the unbalance of a run, with its region |
 //! | [`without_model`] | the same by influence coefficients alone |
-//! | [`condition`] | condition of the planes, and measurements that would improve it |
+//! | [`condition`] | condition number of the planes, and measurements that would improve it |
 //!
 //! With few runs the physics decides, with many the data: the model is the mean of a Gaussian prior whose covariance comes from
 //! its own parameters and from a discrepancy in proportion to the response.

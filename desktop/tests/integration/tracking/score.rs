@@ -107,7 +107,7 @@ impl Judged {
         Ok(Self::of(plan, record, track))
     }
 
-    /// Every so manyth reading as it was known on its day.
+    /// Every Nth reading, estimated with data up to its day only.
     pub fn filtered(plan: &Plan, record: &Record, every: usize) -> Result<Self, Error> {
         let config = Config::new(Method::Joint);
         let Record { rotor, readings, runup, .. } = record;
