@@ -15,6 +15,7 @@ use rotor_edge::render::bars::{Bar, bars};
 use rotor_edge::render::centreline::centreline;
 use rotor_edge::render::check::sections;
 use rotor_edge::render::trend::{Trend, trend};
+use rotor_edge::render::waterfall::{Stage, waterfall};
 use rotor_edge::render::{ComparedModel, Figure, Prediction, Section, comparison_sections, page, verdict};
 use rotor_edge::sample;
 use rotor_edge::scale::number;
@@ -108,6 +109,23 @@ fn check_page(rotor: &str) -> Vec<Section> {
     sections(&CheckAnswer::from(&found), &found)
 }
 
+/// How probabilities change as three effects are added.
+fn probabilities() -> Figure {
+    let stage = |added: Option<&str>, complete: f64, candidates: &[(&str, f64)]| Stage {
+        added: added.map(String::from),
+        complete,
+        candidates: candidates.iter().map(|(label, p)| ((*label).to_string(), *p)).collect(),
+    };
+    let [seal, stiffness, bow] = ["seal@disk 3", "speed_dependent_stiffness@bearing 15", "shaft_bow"];
+    waterfall(&[
+        stage(None, 0.0, &[(seal, 0.6), (stiffness, 0.3), (bow, 0.1)]),
+        stage(Some(seal), 0.02, &[(stiffness, 0.5), (bow, 0.48)]),
+        stage(Some(stiffness), 0.05, &[(bow, 0.9), ("runout", 0.05)]),
+        stage(Some(bow), 0.95, &[("runout", 0.03)]),
+    ])
+    .unwrap()
+}
+
 fn other_figures() -> Vec<Figure> {
     let days = || (0..460).map(f64::from);
     let ratio = |d: f64, after: f64| if d < 125.0 { 0.037 } else { after } + 0.01 * (0.7 * d).sin();
@@ -158,6 +176,7 @@ fn other_figures() -> Vec<Figure> {
         Figure::new("Centreline at 15", said, centreline(&runs)),
         Figure::new("Residual before and after", said, trend(&drawn)),
         Figure::new("Candidates", said, bars(&candidates)),
+        probabilities(),
     ]
 }
 

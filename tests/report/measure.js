@@ -17,9 +17,9 @@ function measure() {
   const paper = getComputedStyle(document.body).backgroundColor;
   const faintest = (texts, colourOf) => Math.min(21, ...texts.map((t) => contrast(colourOf(t), paper)));
   const figures = [...document.querySelectorAll("figure")].map((figure) => {
-    const drawing = figure.querySelector(".chart svg, .sketch, .bars");
+    const drawing = figure.querySelector(".chart svg, .sketch, .bars, .waterfall");
     const frame = drawing.getBoundingClientRect();
-    const texts = [...drawing.querySelectorAll("text, span")].filter((t) => t.textContent.trim());
+    const texts = [...drawing.querySelectorAll("text, span, .waterfall > div > b")].filter((t) => t.textContent.trim());
     const boxes = texts.map((t) => ({ name: t.textContent.trim(), box: rounded(t.getBoundingClientRect()) }));
     const overlapping = boxes.flatMap((a, i) =>
       boxes.slice(i + 1).filter((b) => !apart(a.box, b.box)).map((b) => [a.name, b.name]));

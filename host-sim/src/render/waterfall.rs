@@ -51,8 +51,10 @@ impl Stage {
 #[derive(Debug, Clone, PartialEq)]
 enum Cell {
     Probability(f64),
-    /// The effect is in this model.
+    /// The effect is added to this model.
     Added,
+    /// The effect was added to an earlier model.
+    Kept,
 }
 
 /// Rows with a cell for each stage.
@@ -66,11 +68,13 @@ fn rows(stages: &[Stage]) -> Vec<(String, Vec<Cell>)> {
             }
         }
     }
-    let is_in =
-        |stage: usize, label: &str| stages[..=stage].iter().any(|s| s.added.as_deref() == Some(label));
-    let cell = |(k, stage): (usize, &Stage), label: &str| match is_in(k, label) {
-        true => Cell::Added,
-        false => Cell::Probability(stage.probability(label)),
+    let cell = |(k, stage): (usize, &Stage), label: &str| match stages[..=k]
+        .iter()
+        .position(|s| s.added.as_deref() == Some(label))
+    {
+        Some(at) if at == k => Cell::Added,
+        Some(_) => Cell::Kept,
+        None => Cell::Probability(stage.probability(label)),
     };
     let row = |label: &&str| {
         let cells = stages.iter().enumerate().map(|stage| cell(stage, label)).collect();
@@ -103,7 +107,7 @@ pub fn waterfall(stages: &[Stage]) -> Option<Figure> {
     }
     Some(Figure::new(
         "Probabilities as effects are added",
-        "Probability that one effect is missing, and that none is, by a diagnosis of each model. Each column adds one effect.",
+        "Probability that one effect is missing, and that none is, by a diagnosis of each model. Columns: the number of added effects.",
         drawn(stages),
     ))
 }
@@ -113,11 +117,8 @@ fn drawn(stages: &[Stage]) -> Markup {
         div class="waterfall" role="table" style=(format!("--stages:{}", stages.len())) {
             div role="row" {
                 span role="columnheader" { "missing effect" }
-                @for stage in stages {
-                    b role="columnheader" { @match &stage.added {
-                        None => "as it was",
-                        Some(label) => { "+ " (label) },
-                    } }
+                @for effects in 0..stages.len() {
+                    b role="columnheader" { (effects) @if effects == 1 { " effect" } @else { " effects" } }
                 }
             }
             @for (label, cells) in rows(stages) {
@@ -125,7 +126,8 @@ fn drawn(stages: &[Stage]) -> Markup {
                     span role="rowheader" { (label) }
                     @for cell in cells {
                         span role="cell" { @match cell {
-                            Cell::Added => i { "in the model" },
+                            Cell::Added => b { "added" },
+                            Cell::Kept => i { "✓" },
                             Cell::Probability(p) => {
                                 (percent(p))
                                 div { div style=(format!("width:{:.2}%", 100.0 * p.clamp(0.0, 1.0))) {} }
@@ -166,7 +168,7 @@ mod tests {
             let sum: f64 = rows.iter().map(|(_, cells)| value(&cells[k])).sum();
             assert!((sum - 1.0).abs() < 1e-12, "column {k}: {sum}");
         }
-        assert_eq!(rows[0].1[1..], [Cell::Added, Cell::Added]);
+        assert_eq!(rows[0].1[1..], [Cell::Added, Cell::Kept]);
         assert_eq!(rows[2].1, [Cell::Probability(0.06), Cell::Probability(0.8), Cell::Added]);
     }
 
