@@ -10,8 +10,14 @@ use rotor_edge_desktop::effects::{self, Effect, Knowledge};
 use crate::bus::states::name;
 use crate::watch::reasons::{Why, why};
 use spelling::OTHER_SPELLINGS;
-use words::Word;
-pub use words::{Kind, words};
+use terms::TERMS;
+pub use words::Kind;
+use words::{VERDICTS_AND_STATES, Word};
+
+/// The glossary but for the effects and reasons, which are explained where they are defined.
+pub fn words() -> impl Iterator<Item = &'static Word> {
+    VERDICTS_AND_STATES.iter().chain(TERMS)
+}
 
 /// What is said of a word.
 pub struct Explained {

@@ -1,7 +1,5 @@
 //! The glossary: the terms of the program's answers, with their meanings.
 
-use super::terms::TERMS;
-
 /// What kind of word it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -35,7 +33,7 @@ pub const fn word(
 }
 
 /// Verdicts of a diagnosis and states of a monitor.
-const VERDICTS_AND_STATES: &[Word] = &[
+pub const VERDICTS_AND_STATES: &[Word] = &[
     word(
         Kind::Verdict,
         "adequate",
@@ -153,8 +151,3 @@ const VERDICTS_AND_STATES: &[Word] = &[
         "",
     ),
 ];
-
-/// The glossary but for the effects and reasons, which are explained where they are defined.
-pub fn words() -> impl Iterator<Item = &'static Word> {
-    VERDICTS_AND_STATES.iter().chain(TERMS)
-}
