@@ -2,9 +2,11 @@
 //!
 //! Columns `run` (optional), `time_d` (optional), `speed_rpm`, then `<probe>_cos_um` and
 //! `<probe>_sin_um` for every probe: zero-to-peak, `u(t) = cos · cos Ωt + sin · sin Ωt`, t = 0 at the
-//! keyphasor mark; and `<probe>_gap_v` (optional), the probe's mean voltage. An empty cell is a lost reading of that probe.
+//! keyphasor mark; and `<probe>_gap_v` (optional), the probe's mean voltage. Conditions of operation are columns whose names end with
+//! their units ([`ConditionUnit`]). An empty cell is a lost reading of that probe or condition.
 //! Lines before the header that begin with `#` are comments.
 
+mod condition;
 mod noise;
 mod reading;
 mod record;
@@ -13,6 +15,7 @@ mod runs;
 pub(crate) mod sequence;
 mod slow_roll;
 mod table;
+mod writing;
 
 use crate::units::rad_s;
 use std::path::Path;
@@ -21,6 +24,8 @@ use crate::bearing::Law;
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 
+pub(crate) use condition::values;
+pub use condition::{Condition, ConditionUnit};
 pub(crate) use noise::component_sd;
 pub(crate) use reading::by_reading;
 pub use reading::{Reading, phasor_m};
@@ -33,9 +38,10 @@ pub(crate) use runs::run_shares;
 pub use sequence::frozen;
 pub(crate) use slow_roll::SLOW_ROLL_SHARE;
 pub use slow_roll::{SlowRoll, less_runout, runout_m};
-pub use table::{LARGEST_UM, LOWEST_GAP_V, ProbeRecord, write, write_exactly, write_probes};
+pub use table::{LARGEST_UM, LOWEST_GAP_V, ProbeRecord};
 use table::{UnlistedRuns, rows};
 pub(crate) use table::{ragged, text_of};
+pub use writing::{write, write_exactly, write_probes, write_with_conditions};
 
 /// Reads a measurement of this rotor, less the slow roll that its file states.
 ///

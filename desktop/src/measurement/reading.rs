@@ -17,6 +17,8 @@ pub struct Reading {
     pub probes: Vec<Option<Complex<f64>>>,
     /// Gap voltage of each probe, V; empty if the file has none.
     pub gaps_v: Vec<Option<f64>>,
+    /// Conditions of operation, in the order and units of the columns; empty if the file has none.
+    pub conditions: Vec<Option<f64>>,
 }
 
 impl Reading {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::condition::Condition;
 use super::reading::Reading;
 use super::rules::{DayOfDate, RowRules, Rows};
 use super::slow_roll::{SLOW_ROLL_SHARE, SlowRoll};
@@ -17,6 +18,8 @@ const TIMES: [&str; 2] = ["time_d", "time"];
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     pub readings: Vec<Reading>,
+    /// Conditions of operation that the readings hold.
+    pub conditions: Vec<Condition>,
     /// Rows at 0 rpm.
     pub at_rest: usize,
     /// Rows below [`Record::slowest_rpm`].
@@ -77,7 +80,8 @@ fn parse_record(
     days: &DayOfDate,
 ) -> Result<Record, Error> {
     let rules = RowRules { times: &TIMES, days, passes_over_standstill: true };
-    let Rows { readings, at_rest } = rows(file, text, rotor, slow_roll.run(), UnlistedRuns::Refused, &rules)?;
+    let Rows { readings, conditions, at_rest } =
+        rows(file, text, rotor, slow_roll.run(), UnlistedRuns::Refused, &rules)?;
     let all = slow_roll.taken_off(file, readings, rotor)?;
     let mut speeds_rpm: Vec<f64> = all.iter().map(|r| r.speed_rpm).collect();
     speeds_rpm.sort_by(f64::total_cmp);
@@ -86,7 +90,7 @@ fn parse_record(
     let (readings, slow): (Vec<Reading>, Vec<Reading>) =
         all.into_iter().partition(|r| r.speed_rpm >= slowest_rpm);
     within_films(file, &readings, rotor)?;
-    Ok(Record { readings, at_rest, too_slow: slow.len(), slowest_rpm })
+    Ok(Record { readings, conditions, at_rest, too_slow: slow.len(), slowest_rpm })
 }
 
 #[cfg(test)]

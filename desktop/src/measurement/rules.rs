@@ -1,5 +1,6 @@
 //! How the rows of a table are taken.
 
+use super::condition::Condition;
 use super::reading::Reading;
 
 /// The day of a cell that holds a date, or why it has none; `None` of a cell that is no date.
@@ -22,5 +23,7 @@ impl RowRules<'_> {
 /// The rows of a table: the readings, and the number of rows at 0 rpm.
 pub(super) struct Rows {
     pub readings: Vec<Reading>,
+    /// Conditions of operation that the readings hold.
+    pub conditions: Vec<Condition>,
     pub at_rest: usize,
 }

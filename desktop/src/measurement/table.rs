@@ -1,8 +1,8 @@
 //! The rows and columns of `measured.csv`.
 
-use std::io::Write;
 use std::path::Path;
 
+use super::condition::{Condition, without_unit};
 use super::reading::{Reading, phasor_m};
 use super::rules::{RowRules, Rows};
 use crate::error::Error;
@@ -33,6 +33,7 @@ struct Columns {
     speed_rpm: usize,
     probes: Vec<[usize; 2]>,
     gaps: Vec<Option<usize>>,
+    conditions: Vec<(usize, Condition)>,
     unit: String,
 }
 
@@ -81,7 +82,15 @@ impl Columns {
         }
         let gaps = names.iter().map(|name| place(&format!("{}_gap_v", name.as_ref()))).collect();
         let time_d = times.iter().find_map(|name| place(name));
-        let columns = Self { run: place("run"), time_d, speed_rpm, probes, gaps, unit: unit.into() };
+        let mut columns = Self {
+            run: place("run"),
+            time_d,
+            speed_rpm,
+            probes,
+            gaps,
+            conditions: Vec::new(),
+            unit: unit.into(),
+        };
         let is_of_unused = |column: &str| {
             let of_probe = |name: &&str| column.trim().strip_prefix(*name);
             unused.iter().filter_map(of_probe).any(|of| {
@@ -92,10 +101,18 @@ impl Columns {
         for (i, name) in headers.iter().enumerate().filter(|(_, name)| !is_of_unused(name)) {
             let gaps = columns.gaps.iter().flatten();
             let known = columns.probes.iter().flatten().chain([&columns.speed_rpm]).chain(gaps);
-            if !known.chain(columns.run.iter()).chain(columns.time_d.iter()).any(|k| *k == i) {
-                let what = format!("the column {name} belongs to no probe of {owner}");
-                return Err(Error::measurement(file, "header", what));
+            if known.chain(columns.run.iter()).chain(columns.time_d.iter()).any(|k| *k == i) {
+                continue;
             }
+            let wrong = |what: String| Error::measurement(file, "header", what);
+            let Some(condition) = Condition::of_column(name) else {
+                let of_no_probe = || format!("the column {name} belongs to no probe of {owner}");
+                return Err(wrong(without_unit(name).unwrap_or_else(of_no_probe)));
+            };
+            if columns.conditions.iter().any(|(_, other)| *other == condition) {
+                return Err(wrong(format!("the column {name} is there twice, expected it once")));
+            }
+            columns.conditions.push((i, condition));
         }
         Ok(columns)
     }
@@ -235,7 +252,8 @@ fn every_row(
         };
         return Err(Error::measurement(file, "row 2", what));
     }
-    Ok(Rows { readings, at_rest })
+    let conditions = columns.conditions.into_iter().map(|(_, condition)| condition).collect();
+    Ok(Rows { readings, conditions, at_rest })
 }
 
 /// Number of comment lines before the header, and what comes after them. A `#` further down is part of a run's name.
@@ -321,6 +339,8 @@ fn row(
             gaps_v.push(gap_v);
         }
     }
+    let wrong = |name: &str, what: String| Error::measurement(file, at(name), what);
+    let conditions = conditions_of(columns, number, wrong)?;
     let name_of = |column: usize| headers.get(column).unwrap_or("time_d");
     let day = |column: usize| {
         let cell = record.get(column).unwrap_or("").trim();
@@ -331,7 +351,23 @@ fn row(
     if run.iter().any(|run| run.contains(char::is_control)) {
         return Err(Error::measurement(file, at("run"), "a name must not hold control characters"));
     }
-    Ok(Some(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v }))
+    Ok(Some(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v, conditions }))
+}
+
+/// The conditions of operation of a row, by the `number` of each column; `wrong` tells what is amiss with a column.
+fn conditions_of(
+    columns: &Columns,
+    number: impl Fn(usize) -> Result<Option<f64>, Error>,
+    wrong: impl Fn(&str, String) -> Error,
+) -> Result<Vec<Option<f64>>, Error> {
+    let value = |(column, condition): &(usize, Condition)| {
+        let value = number(*column)?;
+        match value.and_then(|value| condition.refusal(value)) {
+            Some(why) => Err(wrong(&condition.column(), why)),
+            None => Ok(value),
+        }
+    };
+    columns.conditions.iter().map(value).collect()
 }
 
 /// The day of a cell, which is a date or holds this `number`; `wrong` tells what is amiss with its place.
@@ -351,83 +387,4 @@ fn day_of(
         )));
     }
     Ok(day)
-}
-
-/// Writes readings in the same layout as they are read.
-///
-/// # Errors
-/// If the writer fails.
-pub fn write(out: &mut impl Write, rotor: &Rotor, readings: &[Reading]) -> Result<(), csv::Error> {
-    let names: Vec<&str> = rotor.probe.iter().map(|p| p.name.as_str()).collect();
-    write_probes(out, &names, readings)
-}
-
-/// The same where only the probes' names are known.
-///
-/// # Errors
-/// If the writer fails.
-pub fn write_probes(
-    out: &mut impl Write,
-    probes: &[impl AsRef<str>],
-    readings: &[Reading],
-) -> Result<(), csv::Error> {
-    write_numbers(out, probes, readings, |um| format!("{um:.5}"), |v| format!("{v:.4}"))
-}
-
-/// The same with twelve digits of every number.
-///
-/// # Errors
-/// If the writer fails.
-pub fn write_exactly(
-    out: &mut impl Write,
-    probes: &[impl AsRef<str>],
-    readings: &[Reading],
-) -> Result<(), csv::Error> {
-    // through its decimal digits a number loses the binary ones behind them
-    let twelve = |x: f64| format!("{x:.11e}").parse().unwrap_or(x).to_string();
-    write_numbers(out, probes, readings, twelve, twelve)
-}
-
-fn write_numbers(
-    out: &mut impl Write,
-    probes: &[impl AsRef<str>],
-    readings: &[Reading],
-    um: impl Fn(f64) -> String,
-    volts: impl Fn(f64) -> String,
-) -> Result<(), csv::Error> {
-    let with_run = readings.iter().any(|r| r.run.is_some());
-    let with_gaps = readings.iter().any(|r| !r.gaps_v.is_empty());
-    let with_time = readings.iter().any(|r| r.time_d.is_some());
-    let mut writer = csv::Writer::from_writer(out);
-    let mut header: Vec<String> = Vec::new();
-    header.extend(with_run.then(|| "run".into()));
-    header.extend(with_time.then(|| "time_d".into()));
-    header.push("speed_rpm".into());
-    let names: Vec<_> = probes.iter().map(|name| spreadsheet::cell(name.as_ref())).collect();
-    for name in &names {
-        header.extend([format!("{name}_cos_um"), format!("{name}_sin_um")]);
-    }
-    if with_gaps {
-        header.extend(names.iter().map(|name| format!("{name}_gap_v")));
-    }
-    writer.write_record(&header)?;
-    for r in readings {
-        let mut cells: Vec<String> = Vec::new();
-        cells.extend(with_run.then(|| spreadsheet::cell(r.run.as_deref().unwrap_or_default()).into_owned()));
-        cells.extend(with_time.then(|| r.time_d.map_or(String::new(), |t| t.to_string())));
-        cells.push(r.speed_rpm.to_string());
-        for y in &r.probes {
-            match y {
-                Some(y) => cells.extend([um(y.re * 1e6), um(-y.im * 1e6)]),
-                None => cells.extend([String::new(), String::new()]),
-            }
-        }
-        if with_gaps {
-            let gap = |p: usize| r.gaps_v.get(p).copied().flatten();
-            cells.extend((0..probes.len()).map(|p| gap(p).map_or(String::new(), &volts)));
-        }
-        writer.write_record(&cells)?;
-    }
-    writer.flush()?;
-    Ok(())
 }

@@ -5,6 +5,7 @@ use nalgebra::Complex;
 use super::cases::CaseFit;
 use super::detector::{DetectorThresholds, ReadingResidual};
 use super::operating_point::Logs;
+use crate::measurement::Condition;
 
 type C = Complex<f64>;
 
@@ -49,6 +50,8 @@ pub struct Config {
     pub seed: u64,
     /// Stated outages, of [`Method::Joint`].
     pub outages: Vec<Outage>,
+    /// Conditions of operation that the readings hold; [`Method::Joint`] regresses on them.
+    pub conditions: Vec<Condition>,
 }
 
 impl Config {
@@ -65,6 +68,7 @@ impl Config {
             paper: false,
             seed: 1,
             outages: Vec::new(),
+            conditions: Vec::new(),
         }
     }
 }

@@ -5,6 +5,7 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
 use super::answer::{Config, Flag, FlagCause, Method, ReadingEstimate, Reidentified};
+use super::conditions::{self, Covariate};
 use super::detector::{ReadingResidual, ResidualDetector};
 use super::faults;
 use super::operating_point::{Logs, logs_of};
@@ -36,6 +37,7 @@ pub struct Tracking<'a> {
     pub noise: Noise,
     /// Readings with at least one value.
     pub days: Vec<Day>,
+    pub covariates: Vec<Covariate>,
     pub phase_one: Option<PhaseOne>,
     pub remarks: Vec<String>,
     pub bearing_of: Vec<usize>,
@@ -62,7 +64,7 @@ impl<'a> Tracking<'a> {
         runup: &[Reading],
         config: &'a Config,
     ) -> Result<Self, Error> {
-        let remarks = faults::remarks(rotor, record)?;
+        let mut remarks = faults::remarks(rotor, record)?;
         let noise = Noise::of(rotor, record);
         let phase_one = match config.identified {
             true => None,
@@ -78,8 +80,16 @@ impl<'a> Tracking<'a> {
         let largest = unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let logs = logs_of(identified);
         let count = logs.len();
+        let mut days = record::days(identified, &noise, record)?;
+        let mut covariates = Vec::new();
+        if config.method == Method::Joint {
+            let (used, unused) = conditions::covariates(&config.conditions, record, &mut days);
+            remarks.extend(unused);
+            covariates = used;
+        }
         let tracking = Self {
-            days: record::days(identified, &noise, record)?,
+            days,
+            covariates,
             logs,
             logs_covariance: phase_one.as_ref().map_or_else(
                 || DMatrix::zeros(count, count),

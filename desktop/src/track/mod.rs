@@ -12,6 +12,7 @@
 //! | `faults` | checks of a record; an error names the row |
 //! | `record`, `operating_point` | readings, each with the machine solved at its speed |
 //! | `answer` | configuration and results |
+//! | `conditions` | load, temperatures and pressures as covariates |
 //! | `planes` | check that one reading determines the unbalance of every plane |
 //! | [`detector`], `step` | residual and its baseline; step or random walk |
 //! | `daily` | phase I, phase II and the fixed method |
@@ -25,6 +26,7 @@ mod answer;
 mod bayes;
 mod cases;
 mod coefficients;
+mod conditions;
 mod daily;
 pub mod detector;
 mod faults;
@@ -44,13 +46,16 @@ pub use cases::CaseFit;
 pub use detector::{DetectorThresholds, ReadingResidual};
 pub use faults::check as check_record;
 pub use filtered::filtered;
-pub use joint::{ConstantPart, Event, Instrument, JointFindings, LaterRunup, Scope, SecondSpeed};
+pub use joint::{
+    BearingEffect, ConditionEffect, ConstantPart, Event, Instrument, JointFindings, LaterRunup, LogChange,
+    OtherEffect, PlaneEffect, Scope, SecondSpeed,
+};
 pub use operating_point::Logs;
 
 use crate::error::Error;
 use crate::identify::PhaseOne;
 use crate::machine::drawing::Rotor;
-use crate::measurement::Reading;
+use crate::measurement::{Condition, Reading};
 use daily::Tracking;
 
 #[derive(Debug, Clone)]
@@ -133,6 +138,13 @@ pub fn track(
     let estimates = tracking.with_weights(run.estimates);
     let fixed = tracking.with_weights(fixed.estimates);
     let mut remarks = tracking.remarks;
+    if config.method != Method::Joint && !config.conditions.is_empty() {
+        let columns: Vec<String> = config.conditions.iter().map(Condition::column).collect();
+        remarks.push(format!(
+            "This method does not use the conditions of operation ({}); --method joint does.",
+            columns.join(", ")
+        ));
+    }
     if joint.as_ref().is_some_and(|j| !j.settled) {
         remarks.push(
             "How bearings and unbalance move had not been learned to the end when the rounds for it ran out: intervals \

@@ -25,6 +25,8 @@ pub struct Day {
     pub measured_m: Vec<Option<C>>,
     /// Standard deviation of each component, m; undefined where the probe was lost.
     pub sigma_m: Vec<f64>,
+    /// Covariates, centred and scaled; empty if the record has none.
+    pub conditions: Vec<f64>,
 }
 
 impl Day {
@@ -61,6 +63,7 @@ pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>
             weights_kg_m,
             measured_m: r.probes.clone(),
             sigma_m: r.probes.iter().map(|y| noise.sigma_m(y.unwrap_or_default())).collect(),
+            conditions: Vec::new(),
         })
     };
     record.iter().enumerate().filter(|(_, r)| r.probes.iter().any(Option::is_some)).map(day).collect()

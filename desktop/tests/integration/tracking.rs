@@ -1,6 +1,7 @@
 //! What `track --method joint` says of the unbalance, against records whose truth is known: of three machines, with
 //! wander of several sizes, with and without events. Each test prints what it judges, one line a record.
 
+mod conditions;
 mod generator;
 mod random;
 mod score;

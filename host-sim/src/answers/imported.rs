@@ -60,6 +60,9 @@ pub struct ImportedColumn {
     pub to: String,
     pub unit: String,
     pub factor: f64,
+    /// What is added after the factor, of temperatures that count from another zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<f64>,
     #[serde(skip)]
     pub table_index: usize,
     #[serde(skip)]
@@ -189,6 +192,7 @@ impl ImportedColumn {
             to: to.join(":"),
             unit: target.stated.to_string(),
             factor: if is_phase { column.factor.to_degrees() } else { column.factor },
+            offset: target.stated.condition.map(|unit| unit.offset).filter(|offset| *offset != 0.0),
             table_index: table,
             probe: target.probe.clone(),
             quantity: target.quantity.name(),
@@ -207,6 +211,7 @@ fn unit_of(column: &Column) -> &'static str {
         Quantity::Phase => "degrees of lag",
         Quantity::Speed => "rpm",
         Quantity::Gap => "V",
+        Quantity::Condition => column.target.stated.condition.map_or("", |unit| unit.becomes.symbol()),
         Quantity::Time | Quantity::Clock => "days",
         _ => "",
     }

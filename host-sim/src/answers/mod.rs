@@ -23,6 +23,7 @@ pub mod shared;
 pub mod simulate;
 pub mod startup;
 pub mod track;
+pub mod track_conditions;
 pub mod track_curves;
 pub mod tracker;
 pub mod watch;

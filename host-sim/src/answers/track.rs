@@ -13,6 +13,7 @@ use serde::Serialize;
 use super::compare::ResidualAnswer;
 use super::names::{coefficient_names, kind_name, method_name, sampler_name, scope_name};
 use super::shared::{ByName, PlaneUnbalance, UnbalanceAnswer, ZERO_TO_PEAK};
+use super::track_conditions::ConditionAnswer;
 
 /// The unbalance of a long record while bearings change.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -232,6 +233,8 @@ pub struct JointAnswer {
     pub wander_days: f64,
     pub left_out_d: Vec<f64>,
     pub effects: Vec<String>,
+    /// One for each condition of operation that the record has and that changes.
+    pub conditions: Vec<ConditionAnswer>,
     /// The second speed that helps most; None where the record has several, or none helps.
     pub second_speed: Option<SecondSpeedAnswer>,
 }
@@ -427,6 +430,7 @@ impl JointAnswer {
             wander_days: joint.walk_days,
             left_out_d: joint.left_out_d.clone(),
             effects: joint.effects.clone(),
+            conditions: joint.conditions.iter().map(|c| ConditionAnswer::of(rotor, c)).collect(),
             second_speed: joint.second_speed.as_ref().map(SecondSpeedAnswer::from),
         }
     }

@@ -129,6 +129,7 @@ fn readings(recorded: &[Timed<reading::Reading>], start_us: u64, name: &str) -> 
             speed_rpm: shortest(timed.what.speed_rpm),
             probes: timed.what.probes().iter().map(phasor).collect(),
             gaps_v: if with_gaps { gaps_v.collect() } else { vec![] },
+            conditions: Vec::new(),
         }
     };
     Ok(recorded.iter().map(reading).collect())

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::conditions::SourceUnit;
 use super::unit::{Angle, Detection, Sense, SpeedUnit, TimeUnit, Unit};
 use super::words::Word;
 
@@ -14,6 +15,8 @@ pub struct ColumnUnits {
     pub angle: Option<Angle>,
     pub speed: Option<SpeedUnit>,
     pub time: Option<TimeUnit>,
+    /// Of a condition of operation.
+    pub condition: Option<SourceUnit>,
 }
 
 impl ColumnUnits {
@@ -26,6 +29,7 @@ impl ColumnUnits {
             angle: self.angle.or(other.angle),
             speed: self.speed.or(other.speed),
             time: self.time.or(other.time),
+            condition: self.condition.or(other.condition),
         }
     }
 
@@ -77,7 +81,9 @@ impl fmt::Display for ColumnUnits {
             TimeUnit::EpochSeconds => "epoch_s",
             TimeUnit::EpochMilliseconds => "epoch_ms",
         });
-        let words: Vec<&str> = [length, detection, angle, sense, speed, time].into_iter().flatten().collect();
+        let condition = self.condition.map(|unit| unit.symbol);
+        let words = [length, detection, angle, sense, speed, time, condition];
+        let words: Vec<&str> = words.into_iter().flatten().collect();
         f.write_str(&words.join(" "))
     }
 }

@@ -9,6 +9,7 @@
 //! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
 //! | `words`, `phrases`, `header`, `probes` | what a column's header says: quantity, unit, probe |
 //! | `preamble`, `sensitivity` | what the lines above a table state |
+//! | `conditions` | headers of temperatures, pressures and loads |
 //! | `unit`, `column_units`, `target` | units and conventions, and what a column becomes |
 //! | [`readings`] | tables made into measurements |
 //! | `weights` | tables of trial weights |
@@ -16,6 +17,7 @@
 
 pub(crate) mod calendar;
 mod column_units;
+mod conditions;
 pub mod dates;
 mod encoding;
 mod format;

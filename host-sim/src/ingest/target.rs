@@ -7,6 +7,7 @@ use anyhow::{Error, Result, bail};
 use serde::{Deserialize, Serialize};
 
 use super::column_units::ColumnUnits;
+use super::conditions::SourceUnit;
 use super::words::{Part, parts};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -27,13 +28,15 @@ pub enum Quantity {
     Real,
     Imaginary,
     Gap,
+    /// A temperature, a pressure or a load; its name stands where that of a probe does.
+    Condition,
     /// Whether the value of another column is valid.
     Status,
     /// Nothing: the column is ignored.
     Left,
 }
 
-const NAMES: [(Quantity, &str); 15] = [
+const NAMES: [(Quantity, &str); 16] = [
     (Quantity::Run, "run"),
     (Quantity::Time, "time"),
     (Quantity::Clock, "clock"),
@@ -47,6 +50,7 @@ const NAMES: [(Quantity, &str); 15] = [
     (Quantity::Real, "real"),
     (Quantity::Imaginary, "imaginary"),
     (Quantity::Gap, "gap"),
+    (Quantity::Condition, "condition"),
     (Quantity::Status, "status"),
     (Quantity::Left, "left"),
 ];
@@ -71,7 +75,8 @@ impl Quantity {
     }
 }
 
-/// `[probe:]quantity[:unit]`, such as `16X:amplitude:um pp`, `speed:rpm`, `time:excel`, `left`.
+/// `[probe:]quantity[:unit]`, such as `16X:amplitude:um pp`, `speed:rpm`, `time:excel`, `left`; of a condition of operation
+/// `name:condition:unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Target {
@@ -93,14 +98,23 @@ impl FromStr for Target {
         };
         let quantity = Quantity::named(segments[at]).unwrap_or(Quantity::Left);
         let mut stated = ColumnUnits::default();
-        for part in parts(&segments[at + 1..].join(" "), |_| false) {
+        let unit = segments[at + 1..].join(" ");
+        if quantity == Quantity::Condition && !unit.trim().is_empty() {
+            let Some(found) = SourceUnit::named(&unit) else {
+                bail!("\"{text}\": unknown unit, expected degC, degF, K, bar, kPa, psi, MW, kW or percent");
+            };
+            stated.condition = Some(found);
+        }
+        let unit = if quantity == Quantity::Condition { String::new() } else { unit };
+        for part in parts(&unit, |_| false) {
             let Part::Says(word) = &part else { bail!("\"{text}\": unknown unit, {expected}") };
             if !stated.take(*word) {
                 bail!("\"{text}\": unknown unit, {expected}");
             }
         }
         let probe = (at == 1).then(|| segments[0].trim().to_string());
-        if probe.is_some() && !quantity.is_of_probe() {
+        let has_name = quantity.is_of_probe() || quantity == Quantity::Condition;
+        if probe.is_some() && !has_name {
             bail!("\"{text}\": {} is not of a probe, {expected}", quantity.name());
         }
         Ok(Self { probe, quantity, stated })
@@ -164,6 +178,8 @@ mod tests {
             "time:epoch_ms",
             "left",
             "P1:gap:V",
+            "oil_temperature:condition:degC",
+            "load:condition:MW",
         ] {
             assert_eq!(text.parse::<Target>().unwrap().to_string(), text);
         }
@@ -177,6 +193,7 @@ mod tests {
             ("16X:height", "no quantity"),
             ("16X:amplitude:furlong", "unknown unit"),
             ("16X:speed", "not of a probe"),
+            ("oil:condition:furlong", "expected degC, degF"),
         ] {
             assert!(text.parse::<Target>().unwrap_err().to_string().contains(says), "{text}");
         }

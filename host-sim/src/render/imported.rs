@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::text;
 use crate::answers::imported::{ImportAnswer, ImportedColumn, ImportedRotorAnswer};
+use crate::ingest::target::Quantity;
 
 const COLUMNS: [&str; 4] = ["column", "is", "in", "and becomes"];
 
@@ -49,7 +50,8 @@ pub fn text(answer: &ImportAnswer) -> String {
 }
 
 fn row(column: &ImportedColumn) -> [String; 4] {
-    let probe = column.probe.as_ref().map_or(String::new(), |p| format!("probe {p}, "));
+    let owner = if column.quantity == Quantity::Condition.name() { "" } else { "probe " };
+    let probe = column.probe.as_ref().map_or(String::new(), |p| format!("{owner}{p}, "));
     [
         format!("{} `{}`", column.column, column.from),
         format!("{probe}{}", column.quantity),
@@ -61,6 +63,9 @@ fn row(column: &ImportedColumn) -> [String; 4] {
 /// What was done with the numbers of a column.
 fn done(column: &ImportedColumn) -> String {
     let becomes = column.becomes;
+    if let Some(offset) = column.offset {
+        return format!("times {:.6} less {:.6} to {becomes}", column.factor, -offset);
+    }
     match column.factor {
         _ if becomes.is_empty() || becomes == "days" => becomes.into(),
         f if (f - 1.0).abs() < 1e-12 => format!("taken as {becomes}"),

@@ -1,5 +1,6 @@
 //! `import` as a user meets it: exports of other systems become the readings that they were made of, or are refused.
 
+mod conditions;
 mod exports;
 mod public;
 pub mod truth;

@@ -421,3 +421,38 @@ mod slow {
         assert!(remarks.contains("No reading from day 59 to day"), "{remarks}");
     }
 }
+
+#[test]
+fn condition_that_changes_nothing_is_told_and_not_used() {
+    let case = Case::turbine();
+    let mut record = String::new();
+    for (k, line) in sample::RECORD.lines().take(110).enumerate() {
+        // one in five is lost
+        let value = match k {
+            0 => "oil_temperature_degc".into(),
+            _ if k.is_multiple_of(5) => String::new(),
+            _ => format!("{:.1}", 45.0 + 5.0 * (k as f64 * 1.3).sin()),
+        };
+        record += &format!("{line},{value}\n");
+    }
+    let path = case.path("with_oil.csv");
+    std::fs::write(&path, record).unwrap();
+    let track = |method: &str| {
+        json(&rotor_edge(&[
+            "track",
+            &case.rotor,
+            &path,
+            "--runup",
+            &case.runup,
+            "--json",
+            "--method",
+            method,
+        ]))
+    };
+    let joint = track("joint");
+    let [condition] = &joint["joint"]["conditions"].as_array().unwrap()[..] else { panic!("{joint}") };
+    assert_eq!((&condition["name"], &condition["unit"]), (&"oil temperature".into(), &"°C".into()));
+    assert!(condition["used"] == false && condition["log_evidence"].as_f64().unwrap() < 0.0, "{condition}");
+    let remarks = track("adaptive")["remarks"].to_string();
+    assert!(remarks.contains("(oil_temperature_degc); --method joint does"), "{remarks}");
+}

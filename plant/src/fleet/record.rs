@@ -97,5 +97,6 @@ fn reading(row: &Row, probes: usize, from_us: i64) -> Result<Option<Reading>> {
         speed_rpm,
         probes: phasors,
         gaps_v: Vec::new(),
+        conditions: Vec::new(),
     }))
 }

@@ -32,6 +32,8 @@ class ImportedColumn(Record):
     to: str
     unit: str
     factor: float
+    offset: float | None = None
+    """What is added after the factor, of temperatures that count from another zero."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from ..inputs import columns_of
 from ..record import Answer, Array, Record
 from .compare import Residual
 from .shared import PlaneUnbalance, Unbalance
+from .track_conditions import Condition
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,6 +169,8 @@ class Joint(Record):
     wander_days: float
     left_out_d: Array
     effects: tuple[str, ...]
+    conditions: tuple[Condition, ...]
+    """One for each condition of operation that the record has and that changes."""
     second_speed: SecondSpeed | None
     """The second speed that helps most; None where the record has several, or none helps."""
 

@@ -32,15 +32,12 @@ impl JointProblem {
         if is_taken || scan.evidence(gain, self.epochs.len()) < WORTH_LEARNING.ln() {
             return Some(false);
         }
-        let at_walk = self.converge(&history.motion, &changes, &history.linearised_at, false)?;
-        let without = [at_rest.log_likelihood, at_walk.0.log_likelihood];
+        let without = self.likelihoods(&history.motion, &changes, &history.linearised_at)?;
         changes.push((epoch, scope));
         let mut motion = history.motion.clone();
         let mut at = self.begin_with(scope, epoch, &history.linearised_at);
         learning.run(self, &mut motion, &mut at, &changes, Until::Rough)?;
-        let at_rest = self.filter(&motion, &changes, &at)?;
-        let at_walk = self.converge(&motion, &changes, &at, false)?;
-        let with = [at_rest.log_likelihood, at_walk.0.log_likelihood];
+        let with = self.likelihoods(&motion, &changes, &at)?;
         let gained = (with[0] - without[0]).min(with[1] - without[1]);
         let evidence = scan.evidence(gained, self.epochs.len());
         if !is_enough(evidence) {

@@ -82,7 +82,9 @@ impl JointProblem {
                     .update(&state);
             }
         }
-        Some(self.layout.half_width_kg_m(point, &state))
+        let last = &readings[0].conditions;
+        let (point, state) = (self.layout.under(point.clone(), last), self.layout.known_under(&state, last));
+        Some(self.layout.half_width_kg_m(&point, &state))
     }
 }
 

@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use super::scope::Scope;
 use crate::forecast::filter_state::FilterState;
+use crate::measurement::Condition;
 use crate::track::answer::Interval;
 use crate::track::operating_point::Logs;
 
@@ -57,8 +58,68 @@ pub struct JointFindings {
     /// Filtered state on the day of each estimate, for magnitude (g·mm) and angle (degrees) of the static and then of the
     /// dynamic unbalance. A forecast may use it, as it contains no later data.
     pub filter_states: Vec<[FilterState; 4]>,
+    /// What conditions of operation change, one for each that the record has.
+    pub conditions: Vec<ConditionEffect>,
     /// What a second reading a day at another speed would give.
     pub second_speed: Option<SecondSpeed>,
+}
+
+/// What a condition of operation changes; nothing where there are neither bearings nor planes.
+#[derive(Debug, Clone)]
+pub struct ConditionEffect {
+    pub condition: Condition,
+    /// Its mean over the record, in its unit. The constants of the bearings are those at the mean.
+    pub mean: f64,
+    /// Change of the condition that effects are stated for, in its unit.
+    pub step: f64,
+    /// Logarithm of how much more probable the record is with its likeliest effect, less that of the number of trials.
+    pub evidence: f64,
+    pub bearings: Vec<BearingEffect>,
+    pub planes: Vec<PlaneEffect>,
+    /// Another part of the machine that may follow it instead.
+    pub other: Option<OtherEffect>,
+}
+
+/// Another part of the machine that may follow a condition; intervals are the mixture of both.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherEffect {
+    /// Whether it is the unbalance, else other bearings.
+    pub is_unbalance: bool,
+    pub probability: f64,
+}
+
+impl ConditionEffect {
+    /// Whether it changes anything.
+    pub fn is_used(&self) -> bool {
+        !(self.bearings.is_empty() && self.planes.is_empty())
+    }
+}
+
+/// Change of a logarithm for a step of a condition.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogChange {
+    pub log: f64,
+    pub sd: f64,
+}
+
+/// What a step of a condition changes at a bearing.
+#[derive(Debug, Clone)]
+pub struct BearingEffect {
+    pub bearing: usize,
+    /// Mean of its direct stiffness coefficients, and of its damping coefficients.
+    pub stiffness: LogChange,
+    pub damping: LogChange,
+    /// By the coefficient's number, in the order of phase I.
+    pub coefficients: Vec<(usize, LogChange)>,
+}
+
+/// What a step of a condition adds to the unbalance of a plane, of the last day.
+#[derive(Debug, Clone, Copy)]
+pub struct PlaneEffect {
+    pub plane: usize,
+    pub change_kg_m: Complex<f64>,
+    /// Standard deviation of a component, kg·m.
+    pub sd_kg_m: f64,
 }
 
 /// What a second reading a day would give.

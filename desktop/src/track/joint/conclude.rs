@@ -8,6 +8,7 @@ use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
 use super::passes::{JointProblem, Pass};
+use super::regression::OtherPart;
 use super::scan::days;
 use super::scope::{EventAt, Instrument};
 use super::search::{AssumedEvent, EventHistory, PossibleHistory, Rival};
@@ -18,8 +19,9 @@ pub struct SmoothedHistory {
     pub motion: ProcessModel,
     pub pass: Pass,
     pub smoothed: Vec<Gaussian>,
-    /// Smoothed states under other scopes of an event, each with its probability relative to this one.
+    /// Smoothed states of other explanations, under the conditions of their days, each with its probability relative to this one.
     pub rivals: Vec<(f64, Vec<Gaussian>)>,
+    pub other_part: Option<OtherPart>,
     pub events: Vec<Event>,
     /// Events that may have taken place, with too little evidence to be claimed.
     pub possible: Vec<Event>,
@@ -31,11 +33,17 @@ pub struct SmoothedHistory {
 
 impl JointProblem {
     /// The most probable history with the converged process model.
-    pub fn conclude(&self, mut history: EventHistory, learning: &mut Learning) -> Option<SmoothedHistory> {
+    pub fn conclude(
+        &mut self,
+        mut history: EventHistory,
+        learning: &mut Learning,
+    ) -> Option<SmoothedHistory> {
+        let other_part = history.other_part.take();
         let possible = history.possible.take();
         let less_likely = Self::take_likely(&mut history, possible);
         self.learn_from(&mut history, learning, Until::Settled)?;
         let changes = history.changes();
+        let all_changes = changes.clone();
         let (pass, _) = self.converge(&history.motion, &changes, &history.linearised_at, true)?;
         let mut smoothed = pass.smoothed(&pass.later());
         self.smooth_walk_again(&history.motion, &pass, &mut smoothed)?;
@@ -66,9 +74,13 @@ impl JointProblem {
                 stated: false,
                 factor: self.changed_factor(less.change, &smoothed),
             });
-            rivals.push((less.evidence.exp(), smoothed));
+            rivals.push((less.evidence.exp(), self.under_conditions(smoothed)));
+        }
+        if let Some(other) = &other_part {
+            rivals.push((other.log_odds.exp(), self.with_other_part(&all_changes, other)?));
         }
         Some(SmoothedHistory {
+            other_part,
             events,
             possible,
             at: history.events.iter().map(|e| e.change.0).collect(),
@@ -134,7 +146,7 @@ impl JointProblem {
                     self.filter_of(&self.layout, &history.motion, &changes, at, Some(&unread))?
                 }
             };
-            Some((weight, pass.smoothed(&pass.later())))
+            Some((weight, self.under_conditions(pass.smoothed(&pass.later()))))
         };
         all.into_par_iter().map(one).collect()
     }

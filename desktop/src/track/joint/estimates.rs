@@ -36,7 +36,8 @@ impl Tracking<'_> {
         let mut run = TrackedRecord::default();
         let mut filter_states = Vec::new();
         for (k, day) in problem.own() {
-            let state = &found.smoothed[k];
+            let under = |state: &Gaussian| layout.known_under(state, &day.conditions);
+            let state = &under(&found.smoothed[k]);
             let Some(mut estimate) =
                 self.estimate(day, &layout.logs(&state.mean), layout.unbalance(&state.mean))
             else {
@@ -49,7 +50,7 @@ impl Tracking<'_> {
             let rivals = found.rivals.iter().map(|(weight, states)| (*weight, &states[k]));
             estimate.spread = Some(spread(layout, state, rivals.collect(), &day.weights_kg_m));
             estimate.suspicious = found.pass.impossible[k];
-            let filtered = &found.pass.visits[k].filtered;
+            let filtered = &under(&found.pass.visits[k].filtered);
             filter_states.push(layout.filter_states(
                 filtered,
                 &day.weights_kg_m,
@@ -98,6 +99,7 @@ impl Tracking<'_> {
             effects,
             settled: found.settled,
             filter_states,
+            conditions: problem.condition_effects(found),
             second_speed: None,
         };
         (run, joint)

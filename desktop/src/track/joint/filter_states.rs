@@ -98,6 +98,7 @@ mod tests {
             planes: planes.iter().map(|u| Coordinate::new(*u, &[*u], u.norm())).collect(),
             positions_m: vec![0.12, 0.92],
             coefficients: 8,
+            regressors: Vec::new(),
             probes: 4,
             has_factors: false,
         }

@@ -1,6 +1,6 @@
 //! Method 4, ours: all days together.
 //!
-//! The bearings follow a mean-reverting random walk about constants, with load and temperature; the unbalance drifts
+//! The bearings follow a mean-reverting random walk about constants; the unbalance drifts
 //! smoothly; an event changes the constants of one bearing or both, the unbalance, or all of these. This is a
 //! state-space model whose measurement is linear in the unbalance and nearly linear in the bearings. An iterated
 //! extended Kalman filter and smoother solve it (`kalman`, `state`). Covariance and persistence of the random walk are
@@ -11,6 +11,8 @@
 //! the unbalance changes little from day to day. Unknowns that stay open keep their prior;
 //! [`JointFindings::constants`] says which.
 //!
+//! Conditions of operation change bearings or unbalance where the evidence asks for it (`regression`).
+//!
 //! Events are steps of the features ([`super::step`]), three readings in a row that the filter finds impossible, or
 //! shocks whose Bayes factor outweighs the number of trials (`scan`). Day and scope of an event are those of highest
 //! likelihood; the filter runs for each scope. Scopes that are not ruled out widen the intervals. A single impossible
@@ -20,6 +22,7 @@ mod absorbed;
 mod advice;
 mod answer;
 mod conclude;
+mod condition_effects;
 mod coordinate;
 mod estimates;
 mod filter_states;
@@ -27,6 +30,7 @@ mod kalman;
 mod learn;
 mod motion;
 mod passes;
+mod regression;
 mod restart;
 mod scan;
 mod scope;
@@ -35,7 +39,10 @@ mod state;
 
 use nalgebra::{Complex, DVector};
 
-pub use answer::{ConstantPart, Event, JointFindings, SecondSpeed};
+pub use answer::{
+    BearingEffect, ConditionEffect, ConstantPart, Event, JointFindings, LogChange, OtherEffect, PlaneEffect,
+    SecondSpeed,
+};
 pub use scope::{Instrument, Scope};
 
 use super::answer::ReadingEstimate;
@@ -88,9 +95,14 @@ impl Tracking<'_> {
         let mut learning = Learning::new(progress);
         let mut history = EventHistory::new(&problem, windows, &stated, linearised_at);
         problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
+        if problem.find_regressors(&mut history, &mut learning).ok_or_else(singular)? {
+            // a step of a condition may have been taken for an event
+            problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
+        }
         let (mut effects, mut now) = (Vec::new(), begun.clone());
         for l in later {
             // days before the event are described without the effect, so that it can be nowhere else
+            history.other_part = None;
             let since = history.hold(|k| problem.epochs[k].time_d <= l.time_d);
             let since = since.ok_or(TrackError::NoEventBefore { time_d: l.time_d })?;
             let found = improve(&begun, l.readings, |_: &Added| ())?;
@@ -111,6 +123,7 @@ impl Tracking<'_> {
         let own = self.days.iter().map(|d| Epoch { time_d: d.time_d, own: Some(d.clone()), beside: vec![] });
         let mut epochs: Vec<Epoch> = own.collect();
         epochs[0].beside = record::days(begun, &self.noise, runup)?;
+        epochs[0].under_its_conditions();
         let mut gaps: Vec<f64> = epochs.windows(2).map(|w| w[1].time_d - w[0].time_d).collect();
         gaps.retain(|g| *g > 0.0);
         gaps.sort_by(f64::total_cmp);
@@ -120,6 +133,7 @@ impl Tracking<'_> {
                 planes: self.unbalance_kg_m.iter().map(begin).collect(),
                 positions_m: self.rotor.plane_positions_m(),
                 coefficients: self.logs.len(),
+                regressors: Vec::new(),
                 probes: self.rotor.probe.len(),
                 has_factors: true,
             },
@@ -130,6 +144,9 @@ impl Tracking<'_> {
             guess: if runup.is_empty() { logs_of(self.rotor) } else { self.logs.clone() },
             described: Vec::new(),
             restarts: Vec::new(),
+            covariates: self.covariates.clone(),
+            evidence: Vec::new(),
+            bearings: self.rotor.bearing.len(),
         })
     }
 
@@ -182,12 +199,13 @@ impl Tracking<'_> {
             }
             let planes = 0..problem.layout.planes.len();
             let coordinates: Vec<C> = planes.map(|j| problem.layout.coordinate(point, j)).collect();
-            *point = problem.layout.at(&logs, &coordinates);
+            *point = problem.layout.at_like(point, &logs, &coordinates);
         }
         let distance = |e: &Epoch| (e.time_d - later.time_d).abs();
         let epochs = &mut problem.epochs[since..];
         if let Some(near) = epochs.iter_mut().min_by(|a, b| distance(a).total_cmp(&distance(b))) {
             near.beside.extend(record::days(rotor, &self.noise, later.readings)?);
+            near.under_its_conditions();
         }
         Ok(())
     }

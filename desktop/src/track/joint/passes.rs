@@ -9,6 +9,7 @@ use super::motion::ProcessModel;
 use super::scope::{EventAt, Scope};
 use super::state::{Layout, LinearReading};
 use crate::machine::drawing::Noise;
+use crate::track::conditions::Covariate;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -37,6 +38,12 @@ impl Epoch {
     fn all(&self) -> impl Iterator<Item = &Day> {
         self.own.iter().chain(&self.beside)
     }
+
+    /// Gives run-ups the conditions of the record's own reading.
+    pub fn under_its_conditions(&mut self) {
+        let own = self.own.as_ref().map_or_else(Vec::new, |day| day.conditions.clone());
+        self.beside.iter_mut().for_each(|day| day.conditions.clone_from(&own));
+    }
 }
 
 /// The record as the filter sees it.
@@ -50,6 +57,11 @@ pub struct JointProblem {
     /// Epochs at which a later run-up replaces the model of the machine.
     pub described: Vec<usize>,
     pub restarts: Vec<Restart>,
+    /// Conditions of operation that bearings and unbalance may follow.
+    pub covariates: Vec<Covariate>,
+    /// Log evidence of each covariate's first effect, corrected for the number of trials.
+    pub evidence: Vec<f64>,
+    pub bearings: usize,
 }
 
 /// What a machine may be that is new after an outage.
@@ -153,6 +165,17 @@ impl JointProblem {
             pass.visits.push(FilterStep { predicted, seen, filtered: at.clone() });
         }
         Some(pass)
+    }
+
+    /// Log likelihoods of the record, linearised at rest and at the walk.
+    pub fn likelihoods(
+        &self,
+        motion: &ProcessModel,
+        changes: &[EventAt],
+        linearised_at: &[DVector<f64>],
+    ) -> Option<[f64; 2]> {
+        let at_rest = self.filter(motion, changes, linearised_at)?.log_likelihood;
+        Some([at_rest, self.converge(motion, changes, linearised_at, false)?.0.log_likelihood])
     }
 
     /// Filter and smoother, relinearised around the smoothed states until convergence; `at_rest` leaves the random walk out

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
 use super::passes::{ConvergedPass, JointProblem};
+use super::regression::OtherPart;
 use super::scan::{Scan, is_enough};
 use super::scope::{EventAt, Instrument, Scope};
 use crate::track::daily::Tracking;
@@ -20,8 +21,8 @@ type C = Complex<f64>;
 const MOST_EVENTS: usize = 6;
 /// Outliers in a row that indicate an event.
 const IN_A_ROW: usize = 3;
-/// Scopes less probable than this relative to the best are ignored.
-const NEGLIGIBLE: f64 = 1e-3;
+/// Scopes, and parts that may follow a covariate, less probable than this relative to the best are ignored.
+pub(super) const NEGLIGIBLE: f64 = 1e-3;
 /// Most selections of all events in turn.
 const SELECTIONS: usize = 3;
 /// Most relocations of an event.
@@ -43,6 +44,8 @@ pub struct EventHistory {
     tried: Vec<Range<usize>>,
     /// The same with one event more, which has too little evidence to be claimed.
     pub(super) possible: Option<PossibleHistory>,
+    /// Another part of the machine that may follow a covariate instead.
+    pub other_part: Option<OtherPart>,
 }
 
 /// A hypothesis with one event more, which has too little evidence to be claimed.
@@ -145,6 +148,7 @@ impl EventHistory {
             events,
             tried: windows.into_iter().map(|w| w.epochs).collect(),
             possible: None,
+            other_part: None,
         }
     }
 

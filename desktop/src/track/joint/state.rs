@@ -6,9 +6,10 @@
 //! | its rate | two a plane | decays over days, with process noise |
 //! | bearings `m` | four logarithms a bearing | constant, but for events |
 //! | random walk `w` of the bearings | four logarithms a bearing | reverts to zero over days, with process noise |
+//! | coefficients of covariates ([`Regressor`]) | one a component that follows one | constant |
 //! | factor of each probe | two a probe | one, but for events elsewhere than at the bearings or of an instrument |
 //!
-//! The bearings of a day are `m + w`. A probe's complex factor `exp(d)` multiplies the modelled response. Near one speed,
+//! The bearings of a day are `m + w`, and what its conditions change. A probe's complex factor `exp(d)` multiplies the modelled response. Near one speed,
 //! with little change of the unbalance, a support or force that the model lacks has no other visible effect.
 
 use nalgebra::{Complex, DMatrix, DVector};
@@ -16,6 +17,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::coordinate::Coordinate;
 use super::kalman::{Gaussian, Transition};
 use super::motion::ProcessModel;
+use super::regression::Regressor;
 use super::scope::{EventAt, Instrument, Scope};
 use crate::machine::drawing::Noise;
 use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
@@ -47,6 +49,7 @@ pub struct Layout {
     pub positions_m: Vec<f64>,
     /// Direct coefficients of all bearings.
     pub coefficients: usize,
+    pub regressors: Vec<Regressor>,
     pub probes: usize,
     /// Whether the probes' factors are part of the state; without an event they stay one, and would double the run time.
     pub has_factors: bool,
@@ -68,7 +71,8 @@ impl Layout {
         2 * self.planes.len()
     }
 
-    fn bearings(&self) -> usize {
+    /// Index of the bearings' first constant.
+    pub fn bearings(&self) -> usize {
         2 * self.flat()
     }
 
@@ -77,8 +81,13 @@ impl Layout {
         self.bearings() + self.coefficients
     }
 
-    fn factors(&self) -> usize {
+    /// Index of the first covariate's coefficient.
+    pub fn regression(&self) -> usize {
         self.walk() + self.coefficients
+    }
+
+    fn factors(&self) -> usize {
+        self.regression() + self.regressors.len()
     }
 
     pub fn size(&self) -> usize {
@@ -153,6 +162,14 @@ impl Layout {
         x
     }
 
+    /// The same with the coefficients of covariates that another state has.
+    pub fn at_like(&self, other: &DVector<f64>, logs: &[f64], coordinates: &[C]) -> DVector<f64> {
+        let mut x = self.at(logs, coordinates);
+        let (at, count) = (self.regression(), self.regressors.len());
+        x.rows_mut(at, count).copy_from(&other.rows(at, count));
+        x
+    }
+
     /// The state without its random walk.
     ///
     /// Readings are linearised here and not at the day's own random walk. Otherwise constants with higher sensitivity would
@@ -175,6 +192,9 @@ impl Layout {
         }
         let at = self.walk();
         covariance.view_mut((at, at), (self.coefficients, self.coefficients)).copy_from(&motion.settled());
+        for (i, regressor) in self.regressors.iter().enumerate() {
+            covariance[(self.component_of(i), self.component_of(i))] = regressor.sd.powi(2);
+        }
         Gaussian { mean: self.at(logs, &vec![C::from(0.0); self.planes.len()]), covariance }
     }
 
@@ -200,7 +220,7 @@ impl Layout {
     }
 
     /// Transition to a machine that is new after an outage: `logs` and `coordinates` are its prior means. Instruments stay
-    /// as they were.
+    /// as they were, and conditions act as they did.
     pub fn restart(&self, logs: &[f64], coordinates: &[C], motion: &ProcessModel) -> Transition {
         let mut noise = self.start(logs, motion).covariance;
         for (j, plane) in self.planes.iter().enumerate() {
@@ -211,7 +231,9 @@ impl Layout {
             noise[(2 * j, 2 * j)] = NEW_LOG_SD.powi(2);
             noise[(2 * j + 1, 2 * j + 1)] = angle_sd.powi(2);
         }
-        let keep = DVector::from_fn(self.size(), |i, _| if i < self.factors() { 0.0 } else { 1.0 });
+        let kept = self.regression()..self.size();
+        kept.clone().for_each(|i| noise[(i, i)] = 0.0);
+        let keep = DVector::from_fn(self.size(), |i, _| if kept.contains(&i) { 1.0 } else { 0.0 });
         Transition { keep, reach: Vec::new(), shift: self.at(logs, coordinates), noise }
     }
 
@@ -254,12 +276,14 @@ impl Layout {
 
     /// Calculated phasors of a state, m; `None` if the machine is singular there.
     pub fn shown(&self, day: &Day, x: &DVector<f64>) -> Option<Vec<C>> {
-        let motion = day.point.on(&self.logs(x))?;
-        Some(motion.at(&self.unbalance(x)).iter().zip(self.factor(x)).map(|(y, f)| y * f).collect())
+        let x = self.under(x.clone(), &day.conditions);
+        let motion = day.point.on(&self.logs(&x))?;
+        Some(motion.at(&self.unbalance(&x)).iter().zip(self.factor(&x)).map(|(y, f)| y * f).collect())
     }
 
     /// A reading linearised at a point; `None` if the machine is singular there.
     pub fn linear(&self, day: &Day, linearised_at: &DVector<f64>, noise: &Noise) -> Option<LinearReading> {
+        let linearised_at = &self.under(linearised_at.clone(), &day.conditions);
         let logs = self.logs(linearised_at);
         let unbalance = self.unbalance(linearised_at);
         let motion = day.point.on(&logs)?;
@@ -292,6 +316,10 @@ impl Layout {
             // noise relative to the calculated phasor, not to the noisy one
             let sigma_um = noise.sigma_m(shown[p]) * 1e6;
             (variance[2 * row], variance[2 * row + 1]) = (sigma_um * sigma_um, sigma_um * sigma_um);
+        }
+        for (from, onto, value) in self.added(&day.conditions) {
+            let own = slope.column(onto) * value;
+            slope.set_column(from, &own);
         }
         Some(LinearReading { slope, left, variance })
     }

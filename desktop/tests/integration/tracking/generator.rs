@@ -25,6 +25,10 @@ const ANGLE_SD: f64 = 0.006;
 const MISSING: f64 = 0.02;
 /// Offset of the seeds of what an overhaul draws.
 const OVERHAULED: u64 = 10_000;
+/// Offset of the seeds of what the oil's temperature draws, its usual value, and the error of its column.
+const WARMTH: u64 = 30_000;
+pub const USUAL_DEGC: f64 = 45.0;
+const THERMOMETER_SD: f64 = 0.3;
 /// Speeds of a run-up.
 const RUNUP_SPEEDS: usize = 51;
 
@@ -128,6 +132,9 @@ pub struct Plan {
     /// A weight is set into a plane on a day, kg·m, and the rotor's file says so.
     pub shot: Option<(usize, usize, C)>,
     pub planes: Planes,
+    /// The record has the oil's temperature; the stiffness of each bearing changes by this logarithm for 10 °C, and its
+    /// damping by a third more.
+    pub heat: Option<[f64; 2]>,
 }
 
 impl Plan {
@@ -146,6 +153,7 @@ impl Plan {
             lost: 0.0,
             shot: None,
             planes: Planes::Stated,
+            heat: None,
         }
     }
 }
@@ -171,6 +179,8 @@ struct Bearing {
     wander: [Vec<f64>; 4],
     /// Change of each logarithm per unit of its wander.
     along: [f64; 4],
+    /// Change of the stiffness's logarithm at each moment by the temperature.
+    heat: Vec<f64>,
 }
 
 impl Plan {
@@ -187,7 +197,13 @@ impl Plan {
             }
         }
         let moments = random.moments(self);
-        let bearings: Vec<Bearing> = (0..2).map(|b| self.bearing(&rotor, b, &moments, &mut random)).collect();
+        let mut bearings: Vec<Bearing> =
+            (0..2).map(|b| self.bearing(&rotor, b, &moments, &mut random)).collect();
+        let mut warmth = Random::new(self.seed + WARMTH);
+        let oil_degc = warmth.temperature(&moments);
+        for (bearing, per_ten) in bearings.iter_mut().zip(self.heat.unwrap_or_default()) {
+            bearing.heat = oil_degc.iter().map(|t| per_ten * (t - USUAL_DEGC) / 10.0).collect();
+        }
         let mut planes: Vec<Vec<C>> = rotor.plane.iter().map(|_| self.plane(&mut random)).collect();
         for (day, u) in planes.iter_mut().skip(1).take(1).flatten().enumerate() {
             *u *= match self.course {
@@ -246,8 +262,10 @@ impl Plan {
                 probes.iter_mut().filter(|_| random.uniform() < self.lost).for_each(|y| *y = None);
             }
             let run = self.shot.map(|(from, ..)| run_name(moment.time_d >= from as f64).into());
+            let shown_degc = oil_degc[k] + THERMOMETER_SD * warmth.normal();
             readings.push(Reading {
                 run,
+                conditions: if self.heat.is_some() { vec![Some(shown_degc)] } else { vec![] },
                 time_d: Some(moment.time_d),
                 speed_rpm,
                 probes,
@@ -306,7 +324,8 @@ impl Plan {
             true => random.wander(moments, self.wander[index]),
             false => common.clone(),
         };
-        Bearing { stiffness, damping, made, wander: [0, 1, 2, 3].map(own), along }
+        let heat = vec![0.0; moments.len()];
+        Bearing { stiffness, damping, made, wander: [0, 1, 2, 3].map(own), along, heat }
     }
 
     fn plane(&self, random: &mut Random) -> Vec<C> {
@@ -326,7 +345,8 @@ impl Plan {
         let mut rotor = rotor.clone();
         for (i, b) in bearings.iter().enumerate() {
             let law = rotor.bearing[i].constants_mut().unwrap();
-            let [kx, ky, cx, cy] = std::array::from_fn(|i| (b.along[i] * b.wander[i][k]).exp());
+            let heated = |i: usize| if i < 2 { b.heat[k] } else { 4.0 / 3.0 * b.heat[k] };
+            let [kx, ky, cx, cy] = std::array::from_fn(|i| (b.along[i] * b.wander[i][k] + heated(i)).exp());
             (law.stiffness_n_m.xx, law.stiffness_n_m.yy) = (b.stiffness[0] * kx, b.stiffness[1] * ky);
             (law.damping_n_s_m.xx, law.damping_n_s_m.yy) = (b.damping[0] * cx, b.damping[1] * cy);
         }

@@ -6,7 +6,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::generator::{Plan, Schedule};
+use super::generator::{Plan, Schedule, USUAL_DEGC};
 
 /// Days over which a drift is smooth.
 const SMOOTH_DAYS: usize = 9;
@@ -61,6 +61,17 @@ impl Random {
             at
         };
         moments.iter().map(&mut step).collect()
+    }
+
+    /// Temperature of the oil: a year's swing, weather of days, and a scatter from reading to reading, °C.
+    pub fn temperature(&mut self, moments: &[Moment]) -> Vec<f64> {
+        let begin_rad = TAU * self.uniform();
+        let weather = self.wander(moments, 3.0);
+        let mut at = |(moment, weather): (&Moment, f64)| {
+            let year = 7.0 * (TAU * moment.time_d / 365.0 + begin_rad).sin();
+            USUAL_DEGC + year + weather + self.normal()
+        };
+        moments.iter().zip(weather).map(&mut at).collect()
     }
 
     /// When the machine is looked at, and how fast it turns then.

@@ -6,7 +6,8 @@ use rotor_edge_desktop::forecast::backtest::{ForecastBasis, backtest};
 use rotor_edge_desktop::forecast::scores::Score as ForecastScore;
 use rotor_edge_desktop::forecast::{known, series};
 use rotor_edge_desktop::track::{
-    Config, Event, Flag, Interval, LaterRunup, Method, ReadingEstimate, SecondSpeed, Track, filtered, track,
+    ConditionEffect, Config, Event, Flag, Interval, LaterRunup, Method, ReadingEstimate, SecondSpeed, Track,
+    filtered, track,
 };
 
 use rotor_edge_desktop::unbalance::{g_mm_deg, static_and_dynamic};
@@ -132,6 +133,15 @@ impl Judged {
 
     pub fn seed(&self) -> u64 {
         self.plan.seed
+    }
+
+    pub fn remarks(&self) -> &[String] {
+        &self.track.remarks
+    }
+
+    /// What conditions of operation change.
+    pub fn conditions(&self) -> &[ConditionEffect] {
+        self.track.joint.as_ref().map_or(&[], |joint| &joint.conditions)
     }
 
     pub fn events(&self) -> &[Event] {

@@ -170,6 +170,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let record = &whole.readings;
     track::check_record(&arguments.record.display().to_string(), &rotor, record)?;
     let dates = count.dates();
+    config.conditions.clone_from(&whole.conditions);
     config.outages = arguments.outage.iter().map(|ends| ends.days(dates)).collect::<Result<_>>()?;
     if !dates.is_unknown() && record[0].time_d.is_none() {
         let file = arguments.record.display();

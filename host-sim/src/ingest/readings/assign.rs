@@ -7,12 +7,14 @@ use anyhow::{Result, bail};
 
 use super::mapping::Mapping;
 use crate::ingest::calendar;
+use crate::ingest::column_units::ColumnUnits;
+use crate::ingest::conditions::{self, StatedCondition};
 use crate::ingest::header::{Header, Meaning, meaning};
 use crate::ingest::preamble;
 use crate::ingest::probes::Probes;
 use crate::ingest::sheet::{Cell, SheetRow};
 use crate::ingest::table::ReadingTable;
-use crate::ingest::target::{Quantity, Target};
+use crate::ingest::target::{Quantity, Rule, Target};
 use crate::ingest::unit::{Sensitivity, Unit};
 use crate::ingest::words::Word;
 
@@ -76,6 +78,7 @@ pub fn assign(
         };
         column.target.probe = Some(name);
     }
+    tell_conditions_apart(&mut assigned);
     pair_date_and_clock(table, &mut assigned, &mut left);
     choose(table, &mut assigned, &mut left)?;
     leave_overall(table, &mut assigned, &mut left)?;
@@ -88,42 +91,63 @@ fn leave(header: &Header, why: impl Into<String>) -> UnusedColumn {
 
 type Known = std::result::Result<AssignedColumn, String>;
 
+/// The column that the owner states a rule for.
+fn by_rule(
+    header: &Header,
+    rule: &Rule,
+    said: &Meaning,
+    condition: Option<&StatedCondition>,
+    probes: &Probes,
+) -> Result<Known> {
+    if rule.to.quantity == Quantity::Left {
+        return Ok(Err("as stated".into()));
+    }
+    let mut stated = rule.to.stated.or(said.stated);
+    if let Some(StatedCondition::Known(_, unit)) = condition {
+        stated.condition.get_or_insert(*unit);
+    }
+    if let (Some(name), Some(of_rotor)) = (&rule.to.probe, &probes.of_rotor)
+        && rule.to.quantity.is_of_probe()
+        && !of_rotor.contains(name)
+    {
+        bail!(
+            "--column \"{}={}\": the rotor has no probe {name}, expected {}",
+            rule.from,
+            rule.to,
+            of_rotor.join(", ")
+        );
+    }
+    let probe = match &rule.to.probe {
+        Some(name) => Some(name.clone()),
+        None if rule.to.quantity.is_of_probe() => probes.named(&said.name),
+        None if rule.to.quantity == Quantity::Condition => condition.map(|c| c.name().to_string()),
+        None => None,
+    };
+    let target = Target { probe, stated, quantity: rule.to.quantity };
+    Ok(Ok(AssignedColumn {
+        header: header.clone(),
+        target,
+        by_rule: true,
+        synchronous: true,
+        unit_alone: false,
+        // the owner knows better
+        is_derivative: said.is_derivative && rule.to.stated.length.is_none(),
+        sensitivity: said.sensitivity,
+    }))
+}
+
 fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping) -> Result<Known> {
     let said = meaning(&header.text(), |word| probes.is_probe(word));
+    // the group may be that of probes to the left
+    let condition = conditions::stated(&[header.name.as_str(), &header.unit].join(" "));
     if let Some(rule) = mapping.column.iter().find(|rule| header.is(&rule.from)) {
-        if rule.to.quantity == Quantity::Left {
-            return Ok(Err("as stated".into()));
-        }
-        let stated = rule.to.stated.or(said.stated);
-        if let (Some(name), Some(of_rotor)) = (&rule.to.probe, &probes.of_rotor)
-            && !of_rotor.contains(name)
-        {
-            bail!(
-                "--column \"{}={}\": the rotor has no probe {name}, expected {}",
-                rule.from,
-                rule.to,
-                of_rotor.join(", ")
-            );
-        }
-        let probe = match &rule.to.probe {
-            Some(name) => Some(name.clone()),
-            None if rule.to.quantity.is_of_probe() => probes.named(&said.name),
-            None => None,
-        };
-        let target = Target { probe, stated, quantity: rule.to.quantity };
-        return Ok(Ok(AssignedColumn {
-            header: header.clone(),
-            target,
-            by_rule: true,
-            synchronous: true,
-            unit_alone: false,
-            // the owner knows better
-            is_derivative: said.is_derivative && rule.to.stated.length.is_none(),
-            sensitivity: said.sensitivity,
-        }));
+        return by_rule(header, rule, &said, condition.as_ref(), probes);
     }
     if header.name.is_empty() {
         return Ok(Err("it has no header".into()));
+    }
+    if let Some(condition) = condition.filter(|_| !said.is_status && !said.synchronous) {
+        return Ok(of_condition(header, condition));
     }
     let quantity = if said.is_status { Some(Quantity::Status) } else { said.quantity };
     let Some(quantity) = quantity else { return Ok(Err("not recognised".into())) };
@@ -159,6 +183,45 @@ fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping
         is_derivative: said.is_derivative,
         sensitivity: said.sensitivity,
     }))
+}
+
+/// A column that is a condition of operation, or why it is left.
+fn of_condition(header: &Header, condition: StatedCondition) -> Known {
+    let (name, unit) = match condition {
+        StatedCondition::Known(name, unit) => (name, unit),
+        StatedCondition::WithoutUnit(name) => {
+            return Err(format!(
+                "a condition without a unit; --column \"{}={name}:condition:UNIT\" states one",
+                header.name
+            ));
+        }
+    };
+    let stated = ColumnUnits { condition: Some(unit), ..ColumnUnits::default() };
+    let target = Target { probe: Some(name), quantity: Quantity::Condition, stated };
+    Ok(AssignedColumn {
+        header: header.clone(),
+        target,
+        by_rule: false,
+        synchronous: false,
+        unit_alone: false,
+        is_derivative: false,
+        sensitivity: None,
+    })
+}
+
+/// Names of conditions that several columns have get the column's number.
+fn tell_conditions_apart(assigned: &mut [AssignedColumn]) {
+    let mut taken: HashSet<Option<String>> = HashSet::new();
+    for column in assigned.iter_mut().filter(|c| c.target.quantity == Quantity::Condition) {
+        if column.target.probe.is_none() {
+            column.target.probe = Some(format!("condition_{}", column.header.index + 1));
+        }
+        if !taken.insert(column.target.probe.clone()) {
+            let number = column.header.index + 1;
+            column.target.probe = column.target.probe.as_ref().map(|name| format!("{name}_{number}"));
+            taken.insert(column.target.probe.clone());
+        }
+    }
 }
 
 fn is_voltage(said: &Meaning) -> bool {

@@ -202,6 +202,9 @@ fn complete(
         Quantity::Speed => speed_factor(&mut stated, name, largest)?,
         Quantity::Phase => phase_factor(&mut stated, largest)?,
         Quantity::Gap => gap_factor(&mut stated),
+        Quantity::Condition => stated.condition.map(|unit| unit.factor).ok_or_else(|| {
+            format!("is a condition without a unit, expected --column \"{name}=NAME:condition:degC\", bar, MW or percent")
+        })?,
         quantity if quantity.is_vibration() => {
             if column.is_derivative && stated.length.is_some_and(Unit::is_displacement) {
                 return Err("is a velocity or an acceleration, expected --unit mm/s, in/s, m/s2 or g".into());
@@ -246,6 +249,9 @@ fn of_quantity(quantity: Quantity, mut stated: ColumnUnits) -> ColumnUnits {
     }
     if quantity != Quantity::Speed {
         stated.speed = None;
+    }
+    if quantity != Quantity::Condition {
+        stated.condition = None;
     }
     stated
 }

@@ -5,12 +5,14 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use nalgebra::Complex;
+use rotor_edge_desktop::measurement::Condition;
 
 use super::cells::Cells;
 use super::mapping::Mapping;
 use super::plan::{Column, Plan};
-use super::row::{gap_v, in_table, is_data, is_header, one_machine, phasor_um, speed_rpm};
+use super::row::{condition, gap_v, in_table, is_data, is_header, one_machine, phasor_um, speed_rpm};
 use crate::ingest::calendar::Moment;
+use crate::ingest::conditions;
 use crate::ingest::sheet::SheetRow;
 use crate::ingest::table::ReadingTable;
 use crate::ingest::target::Quantity;
@@ -57,6 +59,9 @@ pub struct Record {
     held: Vec<bool>,
     /// Not a number where there is none; empty if there is none at all.
     gaps_v: Vec<f64>,
+    pub conditions: Vec<Condition>,
+    /// Of each reading the conditions; not a number where there is none.
+    condition_values: Vec<f64>,
 }
 
 impl Record {
@@ -91,6 +96,13 @@ impl Record {
         all.iter().map(|gap| Some(*gap).filter(|gap| !gap.is_nan())).collect()
     }
 
+    /// Conditions of operation of a reading.
+    pub fn conditions(&self, reading: usize) -> Vec<Option<f64>> {
+        let count = self.conditions.len();
+        let all = &self.condition_values[reading * count..][..count];
+        all.iter().map(|x| Some(*x).filter(|x| !x.is_nan())).collect()
+    }
+
     pub fn run(&self, reading: usize) -> Option<&str> {
         self.samples[reading].run.map(|run| self.runs[run as usize].as_str())
     }
@@ -112,10 +124,17 @@ impl Record {
         if !self.gaps_v.is_empty() {
             self.gaps_v = picked(&self.gaps_v, order, probes);
         }
+        self.condition_values = picked(&self.condition_values, order, self.conditions.len());
     }
 
     /// Puts what a reading holds of probes into another one.
     pub fn join(&mut self, into: usize, from: usize) {
+        let count = self.conditions.len();
+        for c in 0..count {
+            let value = self.condition_values[from * count + c];
+            let known = &mut self.condition_values[into * count + c];
+            *known = if known.is_nan() { value } else { *known };
+        }
         let probes = self.probes.len();
         let (into, from) = (into * probes, from * probes);
         for p in (0..probes).filter(|p| self.held[from + p]).collect::<Vec<_>>() {
@@ -131,18 +150,26 @@ impl Record {
         if let Some(at) = self.probes.iter().position(|p| p == name) {
             return at;
         }
-        fn widened<T: Copy>(all: &[T], probes: usize, with: T) -> Vec<T> {
-            if probes == 0 {
-                return all.to_vec();
-            };
-            all.chunks(probes).flat_map(|row| row.iter().copied().chain([with])).collect()
-        }
         let probes = self.probes.len();
         self.phasors = widened(&self.phasors, probes, LOST);
         self.held = widened(&self.held, probes, false);
         self.gaps_v = widened(&self.gaps_v, probes, f64::NAN);
         self.probes.push(name.into());
         probes
+    }
+
+    /// Place of a condition of operation among all.
+    fn condition(&mut self, condition: Condition) -> usize {
+        if let Some(at) = self.conditions.iter().position(|c| *c == condition) {
+            return at;
+        }
+        let count = self.conditions.len();
+        self.condition_values = match count {
+            0 => vec![f64::NAN; self.samples.len()],
+            _ => widened(&self.condition_values, count, f64::NAN),
+        };
+        self.conditions.push(condition);
+        count
     }
 
     fn run_named(&mut self, name: &str) -> u32 {
@@ -186,7 +213,12 @@ impl Record {
                 None => of_point = columns,
             }
         }
-        let of_rows = OfRows { cells, run, stated, of_point };
+        let conditions = plan.columns.iter().filter_map(|c| {
+            let name = c.target.probe.as_deref().filter(|_| c.target.quantity == Quantity::Condition)?;
+            Some((self.condition(conditions::named(name, c.target.stated.condition?)), c))
+        });
+        let conditions = conditions.collect();
+        let of_rows = OfRows { cells, run, stated, of_point, conditions };
         let mut end = 0;
         table.rows.each(|row| {
             if is_data(&of_rows.cells, row) {
@@ -229,7 +261,7 @@ impl Record {
     }
 
     fn sample(&mut self, of_rows: &OfRows, mapping: &Mapping, row: &SheetRow) -> Result<()> {
-        let OfRows { cells, run, stated, of_point } = of_rows;
+        let OfRows { cells, run, stated, of_point, conditions } = of_rows;
         let plan = cells.plan;
         let point = match plan.column(Quantity::Point) {
             None => None,
@@ -260,6 +292,11 @@ impl Record {
         if !self.gaps_v.is_empty() {
             self.gaps_v.resize(from + self.probes.len(), f64::NAN);
         }
+        let at = self.condition_values.len();
+        self.condition_values.resize(at + self.conditions.len(), f64::NAN);
+        for (c, column) in conditions {
+            self.condition_values[at + c] = condition(cells, row, column)?.unwrap_or(f64::NAN);
+        }
         let columns = stated.iter().map(|(p, columns)| (*p, columns));
         for (p, columns) in columns.chain(point.map(|p| (p, of_point))) {
             if let Some((a, b)) = columns.pair {
@@ -280,6 +317,14 @@ impl Record {
     }
 }
 
+/// Rows of numbers, each with one more.
+fn widened<T: Copy>(all: &[T], width: usize, with: T) -> Vec<T> {
+    if width == 0 {
+        return all.to_vec();
+    };
+    all.chunks(width).flat_map(|row| row.iter().copied().chain([with])).collect()
+}
+
 /// What all rows of a table have in common.
 struct OfRows<'a> {
     cells: Cells<'a>,
@@ -288,6 +333,8 @@ struct OfRows<'a> {
     stated: Vec<(usize, ProbeColumns<'a>)>,
     /// Columns of the probe that the row names.
     of_point: ProbeColumns<'a>,
+    /// Conditions of operation, by their places among all.
+    conditions: Vec<(usize, &'a Column)>,
 }
 
 /// The columns of a probe.

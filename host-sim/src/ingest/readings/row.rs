@@ -63,6 +63,15 @@ pub fn gap_v(cells: &Cells, row: &SheetRow, column: &Column) -> Result<Option<f6
     }
 }
 
+/// The value of a condition of operation, in the unit that it becomes.
+pub fn condition(cells: &Cells, row: &SheetRow, column: &Column) -> Result<Option<f64>> {
+    let raw = match cells.raw(row, column) {
+        Err(why) => bail!("{why}, or --column \"{}=left\" leaves the column out", column.header),
+        Ok(raw) => raw.filter(|raw| !is_no_measurement(*raw)),
+    };
+    Ok(raw.zip(column.target.stated.condition).map(|(raw, unit)| unit.converted(raw)))
+}
+
 pub fn speed_rpm(cells: &Cells, mapping: &Mapping, row: &SheetRow) -> Result<Option<f64>> {
     let Some(column) = cells.plan.column(Quantity::Speed) else { return Ok(mapping.speed_rpm) };
     // 9999 rpm is a speed

@@ -14,7 +14,7 @@ pub fn units_of_cells(
     assigned: &[AssignedColumn],
     decimal: Decimal,
 ) -> HashMap<usize, Option<String>> {
-    let has_number = |q: Quantity| q.is_of_probe() || q == Quantity::Speed;
+    let has_number = |q: Quantity| q.is_of_probe() || matches!(q, Quantity::Speed | Quantity::Condition);
     let mut units: HashMap<usize, Option<String>> = assigned.iter().map(|c| (c.header.index, None)).collect();
     let mut open: Vec<usize> =
         assigned.iter().filter(|c| has_number(c.target.quantity)).map(|c| c.header.index).collect();

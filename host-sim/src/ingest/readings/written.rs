@@ -34,6 +34,7 @@ impl Record {
             speed_rpm: sample.speed_rpm,
             probes: self.values(at).into_iter().map(|y| y.map(|y| y * 1e-6)).collect(),
             gaps_v: self.gaps(at),
+            conditions: self.conditions(at),
         }
     }
 
@@ -48,7 +49,7 @@ impl Record {
         };
         let readings: Vec<Reading> = readings.map(reading).collect();
         let mut block = Vec::new();
-        measurement::write_exactly(&mut block, &self.probes, &readings)?;
+        measurement::write_with_conditions(&mut block, &self.probes, &self.conditions, &readings)?;
         Ok(block)
     }
 

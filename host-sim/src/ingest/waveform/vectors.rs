@@ -157,6 +157,7 @@ fn shown<'a>(
             speed_rpm,
             probes,
             gaps_v,
+            conditions: Vec::new(),
         }
     });
     each.filter(|r| r.probes.iter().any(Option::is_some)).collect()
@@ -204,6 +205,7 @@ pub fn mean_of(bin: &[Reading]) -> Reading {
             .map(|p| Some(Complex::new(part(p, |y| y.re)?, part(p, |y| y.im)?)))
             .collect(),
         gaps_v: (0..first.gaps_v.len()).map(|p| each(&|r| r.gaps_v[p])).collect(),
+        conditions: Vec::new(),
     }
 }
 

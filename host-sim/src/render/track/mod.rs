@@ -1,5 +1,6 @@
 //! Text and sections of an answer of `track`: the papers' figures for the user's record.
 
+mod conditions;
 mod sampling;
 mod story;
 mod text;

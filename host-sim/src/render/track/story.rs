@@ -1,5 +1,6 @@
 //! The first screen of a page of `track`, and its first sentence on a terminal.
 
+use super::conditions::sentences;
 use super::{TrackPage, banded, event_words, undiagnosed, when};
 use crate::answers::track::{EstimateAnswer, EventAnswer, FlagAnswer, TrackAnswer};
 use crate::answers::track_curves::TrackCurves;
@@ -74,6 +75,10 @@ pub fn story(
         (None, None) => format!("Mean residual {} µm 0-pk.", three_digits(answer.residual_um.mean)),
     };
     answers.push(("How well it fits", fit));
+    let conditions = answer.joint.as_ref().map_or(&[][..], |joint| &joint.conditions);
+    if !conditions.is_empty() {
+        answers.push(("Load and temperature", sentences(conditions).join(" ")));
+    }
     answers.extend(undiagnosed(answer, dates).map(|open| ("What is open", open)));
     Story {
         verdict: verdict(answer, dates),

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use rotor_edge_desktop::interval::HALF_95;
 use rotor_edge_desktop::significance::percent;
 
+use super::conditions::sentences;
 use super::sampling;
 use super::story::verdict;
 use super::{event_words, evidence, undiagnosed, when};
@@ -22,6 +23,10 @@ pub fn text(rotor: &str, answer: &TrackAnswer, dates: Dates) -> String {
     let _ = writeln!(text, "{} readings, method {}", answer.recorded, answer.method);
     for remark in &answer.remarks {
         let _ = writeln!(text, "  {remark}");
+    }
+    let conditions = answer.joint.as_ref().map_or(&[][..], |joint| &joint.conditions);
+    for sentence in sentences(conditions) {
+        let _ = writeln!(text, "  {sentence}");
     }
     text += "\nFlags\n";
     if answer.flags.is_empty() {

@@ -114,6 +114,7 @@ pub fn measured(path: &std::path::Path) -> (Vec<String>, Vec<Reading>) {
             speed_rpm: number("speed_rpm").unwrap(),
             probes: probes.iter().map(phasor).collect(),
             gaps_v: probes.iter().map(|p| number(&format!("{p}_gap_v"))).collect(),
+            conditions: Vec::new(),
         }
     };
     let readings = lines.map(reading).collect();

@@ -42,6 +42,19 @@ fn records_that_cannot_be_followed_are_refused_in_one_sentence() {
     assert!(twice.contains("twice.csv: row 21") && twice.contains("is there twice"), "{twice}");
     let back = track(&record("back.csv", with(20, 0, day(3))));
     assert!(back.contains("back.csv: row 21: time_d goes back"), "{back}");
+    let condition = |name: &str, value: &str| {
+        let row = |(k, line): (usize, &&str)| format!("{line},{}", if k == 0 { name } else { value });
+        track(&record(
+            "condition.csv",
+            lines[..60].iter().enumerate().map(row).collect::<Vec<_>>().join("\n"),
+        ))
+    };
+    let unknown = condition("oil_temperature", "45");
+    assert!(unknown.contains("oil_temperature has no unit that is known"), "{unknown}");
+    let text = condition("oil_temperature_degc", "warm");
+    assert!(text.contains("row 2, column oil_temperature_degc: \"warm\" is not a number"), "{text}");
+    let cold = condition("oil_temperature_degc", "-300");
+    assert!(cold.contains("-300 °C is below absolute zero"), "{cold}");
     let outage = |ends: &str, method: &str| {
         refusal(&["track", &case.rotor, &case.record, "--method", method, "--outage", ends])
     };
