@@ -18,8 +18,8 @@ use crate::statistics::whitening::Whitening;
 
 /// When the common optimum is found.
 const COMMON: Stop = Stop::after(60, 1e-6).in_standard_deviations();
-/// The same from the optimum under another noise. Where a model misses so much that it takes more, its noise is no measure of anything.
-const NEARBY: Stop = Stop::after(10, 1e-6).in_standard_deviations().from_nearby();
+/// The same from the optimum under another noise.
+const NEARBY: Stop = COMMON.from_nearby();
 
 impl Fitter<'_> {
     /// The drawing around the most probable errors under a hypothesis, sought from a fit; as stated where it
