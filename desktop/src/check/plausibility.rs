@@ -9,7 +9,6 @@ use crate::bearing::dynamic_coefficients::DynamicCoefficients;
 use crate::check::system::System;
 use crate::machine::drawing::{Bearing, Disk, Rotor};
 use crate::shaft::statics::Statics;
-use crate::shaft::structure::segment_at;
 use crate::units::{figure, rad_s, rpm, same_place};
 
 /// A bearing that sinks by more than this under its load is softer than any machine's, m.
@@ -161,7 +160,7 @@ fn disk(known: &CheckContext, d: &Disk, shaft_kg: f64, all: &mut Vec<String>) {
         return;
     }
     let radius_m = (2.0 * polar / m).sqrt();
-    let shaft_m = 0.5 * segment_at(known.rotor, d.position_m).outer_diameter_m;
+    let shaft_m = 0.5 * known.rotor.segment_at(d.position_m).outer_diameter_m;
     if radius_m < 0.7 * shaft_m {
         all.push(format!(
             "{} = {} with polar_inertia_kg_m2 = {} is that of a disk of radius {} m, inside of the shaft's {} m; is the \

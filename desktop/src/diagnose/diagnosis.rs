@@ -1,5 +1,7 @@
 //! The diagnosis of a model: every effect tried, ranked, and put into words.
 
+use std::borrow::Cow;
+
 use nalgebra::DMatrix;
 
 use super::answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, SURE};
@@ -268,7 +270,7 @@ impl BaseModel<'_> {
         let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
         let candidate = |a: &PlacedEffect| Candidate {
             effect: a.effect.name(),
-            at: a.place.name(rotor).map(str::to_string),
+            at: a.place.name(rotor).map(Cow::into_owned),
             probability,
             support: 0.0,
             error_after: error_before,
@@ -319,7 +321,7 @@ impl BaseModel<'_> {
         let with = self.hypothesis.with(t.placed);
         Candidate {
             effect: t.placed.effect.name(),
-            at: t.placed.place.name(rotor).map(str::to_string),
+            at: t.placed.place.name(rotor).map(Cow::into_owned),
             probability,
             support: t.evidence,
             error_after: self.relative_error(&t.fit),

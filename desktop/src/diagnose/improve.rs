@@ -65,7 +65,7 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let placed = PlacedEffect { effect, place };
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
-    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings)).knowing(place);
     checks::not_too_many(readings)?;
     checks::before(rotor, readings)?;
     checks::enough(&fitter)?;

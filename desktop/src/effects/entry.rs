@@ -1,5 +1,6 @@
 //! Effects as a rotor's file keeps them: `[[effect]]` with kind, place and parameters.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use nalgebra::Complex;
@@ -7,6 +8,7 @@ use nalgebra::Complex;
 use super::{Effect, Pattern, Place, Scales, add_unknown, find};
 use crate::effects::terms::Terms;
 use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
+use crate::machine::span::Span;
 
 /// No shaft turns faster; the settings of effects are speeds.
 const FASTEST_RAD_S: f64 = 1e6;
@@ -25,10 +27,16 @@ pub fn resolve(rotor: &Rotor, kind: &str, at: Option<&str>) -> Result<(&'static 
     everywhere.extend((0..rotor.disk.len()).map(Place::Disk));
     everywhere.extend((0..rotor.probe.len()).map(Place::Probe));
     everywhere.extend((0..rotor.run.len()).map(Place::Run));
+    // the file may state a length that is none of those sought
+    let takes_spans = effect.places(rotor).iter().any(|p| matches!(p, Place::Span(_)));
+    if let Some(span) = at.and_then(Span::parse).filter(|span| takes_spans && span.is_on(rotor)) {
+        return Ok((effect, Place::Span(span)));
+    }
+    everywhere.extend(effect.places(rotor).into_iter().filter(|p| matches!(p, Place::Span(_))));
     // a file may state what is not sought on its machine
     let stated = effect.not_sought(rotor).is_some();
     let offered = |p: &Place| effect.places(rotor).contains(p) || (stated && *p == Place::Machine);
-    if let Some(place) = everywhere.iter().find(|p| p.name(rotor) == at && offered(p)) {
+    if let Some(place) = everywhere.iter().find(|p| p.name(rotor).as_deref() == at && offered(p)) {
         return Ok((effect, *place));
     }
     let places: Vec<String> = everywhere
@@ -105,7 +113,7 @@ pub fn written(
             unknowns.iter().zip(phasors).map(|(u, v)| (u.name.to_string(), ParameterValue::Phasor(pair(v)))),
         ),
     }
-    let at = place.name(rotor).map(str::to_string);
+    let at = place.name(rotor).map(Cow::into_owned);
     EffectEntry { kind: effect.name().to_string(), at, parameters: all }
 }
 

@@ -96,6 +96,7 @@ mod rub;
 mod runout;
 mod seal;
 mod shaft_bow;
+mod shaft_stiffness;
 mod shear_deformation;
 mod speed_dependent_stiffness;
 mod speed_factor;
@@ -117,7 +118,7 @@ pub use crate::machine::place::{End, Pattern, Place};
 pub use crate::statistics::scale::Scale;
 
 /// Every effect, in the order in which reports list them when nothing else decides.
-pub const ALL: [&dyn Effect; 30] = [
+pub const ALL: [&dyn Effect; 31] = [
     &gyroscopic::Gyroscopic,
     &shear_deformation::ShearDeformation,
     &rotary_inertia::RotaryInertia,
@@ -145,6 +146,7 @@ pub const ALL: [&dyn Effect; 30] = [
     &nonlinear_stiffness::NonlinearStiffness,
     &rub::Rub,
     &internal_damping::InternalDamping,
+    &shaft_stiffness::ShaftStiffness,
     &worn_clearance::WornClearance,
     &hot_oil::HotOil,
     &moved_load::MovedLoad,

@@ -9,6 +9,7 @@ use super::{Parameter, Place, Scale, Scales, Unknown, entry};
 use crate::bearing::support::SupportLaw;
 use crate::effects::terms::{Terms, position_m};
 use crate::machine::drawing::Rotor;
+use crate::machine::span;
 use crate::shaft::statics::{GRAVITY_M_S2, mass_and_centre};
 use crate::units::rad_s;
 
@@ -68,7 +69,8 @@ pub fn check(rotor: &Rotor) -> Result<(), (Option<String>, String)> {
         }
     }
     let terms = entry::terms_of(rotor);
-    masses(rotor, &terms).and_then(|()| holds(rotor, &drawn, &terms)).map_err(|what| (None, what))
+    let masses_and_shaft = masses(rotor, &terms).and_then(|()| shaft_stiffness(rotor));
+    masses_and_shaft.and_then(|()| holds(rotor, &drawn, &terms)).map_err(|what| (None, what))
 }
 
 fn allowed(p: &Parameter, value: f64) -> Result<(), String> {
@@ -127,15 +129,27 @@ fn masses(rotor: &Rotor, terms: &Terms) -> Result<(), String> {
     Ok(())
 }
 
+/// Lengths that overlap leave the shaft some stiffness: their least is at the start of one of them.
+fn shaft_stiffness(rotor: &Rotor) -> Result<(), String> {
+    for (span, _) in span::stated(rotor) {
+        let left = span::stiffness_factor(rotor, span.from_m());
+        if left <= 0.0 {
+            let from_m = span.from_m();
+            return Err(format!("the shaft at {from_m} m is left with {left:.2} of its stiffness"));
+        }
+    }
+    Ok(())
+}
+
 /// The shaft, taken as rigid, stays where its supports hold it: the stiffness against lift and tilt is positive definite
 /// along x and along y. A shaft that bends is held less still.
 fn holds(rotor: &Rotor, drawn: &Terms, terms: &Terms) -> Result<(), String> {
     let against = |terms: &Terms, axis: usize| {
         let one = |(place, law): &(Place, SupportLaw)| {
-            let arm = Vector2::new(1.0, position_m(rotor, *place).unwrap_or(0.0));
-            arm * arm.transpose() * law.typical_stiffness_n_m()[(axis, axis)]
+            let arm = Vector2::new(1.0, position_m(rotor, *place)?);
+            Some(arm * arm.transpose() * law.typical_stiffness_n_m()[(axis, axis)])
         };
-        terms.supports.iter().map(one).sum::<Matrix2<f64>>()
+        terms.supports.iter().filter_map(one).sum::<Matrix2<f64>>()
     };
     for axis in 0..2 {
         // what a film cannot hold at its typical speed is no matter of effects

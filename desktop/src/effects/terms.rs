@@ -82,5 +82,6 @@ pub fn position_m(rotor: &Rotor, place: Place) -> Option<f64> {
         Place::Bearing(i) => Some(rotor.bearing[i].position_m),
         Place::Disk(i) => Some(rotor.disk[i].position_m),
         Place::LeftEnd | Place::Probe(_) | Place::Run(_) | Place::Machine => None,
+        Place::Span(_) | Place::Strain(..) => None,
     }
 }

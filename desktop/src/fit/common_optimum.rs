@@ -11,9 +11,8 @@ use super::descent::{Objective, Stop, descend};
 use super::drawing_errors::DrawingErrors;
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
-use super::{Drawing, Effort, Fit, Fitter, singular};
+use super::{Drawing, Effort, Fit, Fitter, ShaftKind, singular};
 use crate::error::Error;
-use crate::machine::drawing::Physics;
 use crate::statistics::whitening::Whitening;
 
 /// When the common optimum is found.
@@ -130,7 +129,7 @@ struct JointProblem<'p> {
     fitter: &'p Fitter<'p>,
     hypothesis: &'p Hypothesis<'p>,
     amplitudes: &'p Amplitudes,
-    physics: Physics,
+    shaft: ShaftKind,
     noise: &'p Whitening,
     at: DVector<f64>,
     now: Option<Problem<'p>>,
@@ -146,9 +145,9 @@ impl<'p> JointProblem<'p> {
         fit: &'p Fit,
         noise: &'p Whitening,
     ) -> Self {
-        let (amplitudes, physics) = (&fit.amplitudes, hypothesis.terms(&fit.x).physics);
+        let (amplitudes, shaft) = (&fit.amplitudes, ShaftKind::of(&hypothesis.terms(&fit.x)));
         let at = DVector::zeros(0);
-        Self { fitter, hypothesis, amplitudes, physics, noise, at, now: None, by_error: None }
+        Self { fitter, hypothesis, amplitudes, shaft, noise, at, now: None, by_error: None }
     }
 
     fn parts(&self) -> (Vec<f64>, DVector<f64>) {
@@ -160,7 +159,7 @@ impl<'p> JointProblem<'p> {
     fn by_error(&mut self) -> Option<&DMatrix<f64>> {
         if self.by_error.as_ref().is_none_or(|(at, _)| *at != self.at) {
             let (now, (_, deviation)) = (self.now.as_ref()?, self.parts());
-            let (rotor, shaft) = (self.fitter.rotor, self.fitter.shaft(&self.physics));
+            let (rotor, shaft) = (self.fitter.rotor, self.fitter.shaft(&self.shaft));
             let errors = DrawingErrors::new(rotor, shaft, &self.fitter.deviations, &deviation);
             self.by_error = now.error_derivative(&errors).map(|taken| (self.at.clone(), taken));
         }
@@ -183,7 +182,7 @@ impl Objective for JointProblem<'_> {
     fn move_to(&mut self, at: &DVector<f64>) {
         self.at = at.clone();
         let (x, deviation) = self.parts();
-        let plant = self.fitter.plant(&deviation, &self.physics);
+        let plant = self.fitter.plant(&deviation, &self.shaft);
         let problem = |p| self.fitter.problem(self.hypothesis, p, Some(self.amplitudes), self.noise);
         self.now = plant.ok().map(problem);
         if let Some(now) = &mut self.now {

@@ -8,7 +8,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
-use super::{Drawing, Fit, Fitter, singular};
+use super::{Drawing, Fit, Fitter, ShaftKind, singular};
 use crate::error::Error;
 use crate::statistics::whitening::Whitening;
 
@@ -57,7 +57,7 @@ impl Fitter<'_> {
         drawing: &Drawing,
         amplitudes: &'p Amplitudes,
     ) -> Result<ForwardModel<'p>, Error> {
-        let plant = self.plant_of(drawing, &hypothesis.terms(&hypothesis.origin()).physics)?;
+        let plant = self.plant_of(drawing, &ShaftKind::of(&hypothesis.terms(&hypothesis.origin())))?;
         let problem = self.problem(hypothesis, plant, Some(amplitudes), &self.plain);
         Ok(ForwardModel { problem: RefCell::new(problem), amplitudes })
     }
@@ -73,7 +73,7 @@ impl Fitter<'_> {
         drawing: &Drawing,
         amplitudes: &Amplitudes,
     ) -> Result<DMatrix<f64>, Error> {
-        let plant = self.plant_of(drawing, &hypothesis.terms(x).physics)?;
+        let plant = self.plant_of(drawing, &ShaftKind::of(&hypothesis.terms(x)))?;
         let mut problem = self.problem(hypothesis, plant, Some(amplitudes), &drawing.whitening);
         problem.go_to(x);
         problem.tangent().ok_or_else(singular)
@@ -86,7 +86,7 @@ impl Fitter<'_> {
         for (v, by) in values.zip(change.as_slice().chunks_exact(2)) {
             v.measured_m += Complex::new(by[0], by[1]) * v.sigma_m;
         }
-        Self::new(self.rotor, data)
+        Self { further: self.further, ..Self::new(self.rotor, data) }
     }
 
     /// What a fit on a drawing as stated misses: readings, whitened, then deviations of the bearings from their priors.

@@ -46,6 +46,7 @@ use crate::effects::{Place, Scales, physical};
 use crate::error::Error;
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::{Noise, Physics, Rotor};
+use crate::machine::span::{self, Span};
 use crate::machine::tolerance::Deviations;
 use crate::model::amplitude::Relaxation;
 use crate::receptance::modal_shaft::ModalShaft;
@@ -70,14 +71,29 @@ const AMPLITUDE_ROUNDS: usize = 20;
 const ROUGH_ROUNDS: usize = 4;
 /// Share of the way to the squared amplitudes of a fit, in a round.
 const AMPLITUDE_WEIGHT: f64 = 0.7;
-/// Combinations of switches of the beam theory.
-const THEORIES: usize = 8;
+/// Combinations of switches of the beam theory, with and without lengths that differ in stiffness.
+const SHAFT_KINDS: usize = 16;
 
-/// Number of a combination of switches.
-fn theory(physics: &Physics) -> usize {
-    usize::from(physics.gyroscopic)
-        + 2 * usize::from(physics.shear_deformation)
-        + 4 * usize::from(physics.rotary_inertia)
+/// The shaft that a hypothesis is fitted on.
+#[derive(Debug, Clone, Copy)]
+struct ShaftKind {
+    physics: Physics,
+    /// Whether lengths of it may differ in stiffness, which takes shape functions of their own.
+    has_lengths: bool,
+}
+
+impl ShaftKind {
+    fn of(terms: &Terms) -> Self {
+        let has_lengths = terms.supports.iter().any(|(place, _)| matches!(place, Place::Strain(..)));
+        Self { physics: terms.physics, has_lengths }
+    }
+
+    fn number(self) -> usize {
+        usize::from(self.physics.gyroscopic)
+            + 2 * usize::from(self.physics.shear_deformation)
+            + 4 * usize::from(self.physics.rotary_inertia)
+            + 8 * usize::from(self.has_lengths)
+    }
 }
 
 /// The state of the drawing that hypotheses are fitted on.
@@ -86,7 +102,7 @@ pub struct Drawing {
     deviation: DVector<f64>,
     /// The correlated noise that scatter and other deviations amount to.
     whitening: Whitening,
-    plants: [OnceLock<Result<Arc<ModalShaft>, Error>>; THEORIES],
+    plants: [OnceLock<Result<Arc<ModalShaft>, Error>>; SHAFT_KINDS],
 }
 
 impl Drawing {
@@ -128,7 +144,9 @@ pub struct Fitter<'a> {
     pub sizes: Sizes,
     /// The noise as stated, on the drawing as stated.
     plain: Whitening,
-    shafts: [OnceLock<Shaft>; THEORIES],
+    shafts: [OnceLock<Shaft>; SHAFT_KINDS],
+    /// A length of the shaft beside those that are sought and stated.
+    further: Option<Span>,
     /// How far a search by this is.
     pub progress: Progress<'a>,
 }
@@ -155,13 +173,22 @@ impl<'a> Fitter<'a> {
             sizes,
             plain,
             shafts: Default::default(),
+            further: None,
             progress: Progress::default(),
         }
     }
 
     /// The same machine with these rows of the data alone.
     pub fn part(&self, rows: &[usize]) -> Self {
-        Self::new(self.rotor, self.data.part(rows))
+        Self { further: self.further, ..Self::new(self.rotor, self.data.part(rows)) }
+    }
+
+    /// The same where an effect may sit at this place, be it a length of the shaft that nothing else knows of.
+    pub fn knowing(self, place: Place) -> Self {
+        match place {
+            Place::Span(span) => Self { further: Some(span), ..self },
+            _ => self,
+        }
     }
 
     /// The same for a search that somebody waits for.
@@ -203,20 +230,36 @@ impl<'a> Fitter<'a> {
     }
 
     /// Mesh and shape functions of the drawing.
-    fn shaft(&self, physics: &Physics) -> &Shaft {
-        self.shafts[theory(physics)].get_or_init(|| Shaft::new(self.rotor, physics))
+    fn shaft(&self, kind: &ShaftKind) -> &Shaft {
+        let new = || {
+            let lengths = if kind.has_lengths { self.lengths() } else { Vec::new() };
+            Shaft::with_strains(self.rotor, &kind.physics, &lengths)
+        };
+        self.shafts[kind.number()].get_or_init(new)
+    }
+
+    /// Lengths of the shaft that may differ in stiffness: those that are sought, those that the file states, and one that somebody asks
+    /// for.
+    fn lengths(&self) -> Vec<Span> {
+        let mut lengths = span::sought(self.rotor);
+        for further in span::stated(self.rotor).map(|(span, _)| span).chain(self.further) {
+            if !lengths.contains(&further) {
+                lengths.push(further);
+            }
+        }
+        lengths
     }
 
     /// The shaft of a drawing that is off, solved.
-    fn plant(&self, deviation: &DVector<f64>, physics: &Physics) -> Result<Arc<ModalShaft>, Error> {
+    fn plant(&self, deviation: &DVector<f64>, kind: &ShaftKind) -> Result<Arc<ModalShaft>, Error> {
         let (rotor, offsets) = self.deviations.apply(self.rotor, deviation);
         let nominal_n_m = self.scales(None).stiffness_n_m;
         let speeds_rad_s: Vec<f64> = self.data.rows.iter().map(|row| row.speed_rad_s).collect();
-        Ok(Arc::new(ModalShaft::new(&rotor, self.shaft(physics), &offsets, nominal_n_m, &speeds_rad_s)?))
+        Ok(Arc::new(ModalShaft::new(&rotor, self.shaft(kind), &offsets, nominal_n_m, &speeds_rad_s)?))
     }
 
-    fn plant_of(&self, drawing: &Drawing, physics: &Physics) -> Result<Arc<ModalShaft>, Error> {
-        drawing.plants[theory(physics)].get_or_init(|| self.plant(&drawing.deviation, physics)).clone()
+    fn plant_of(&self, drawing: &Drawing, kind: &ShaftKind) -> Result<Arc<ModalShaft>, Error> {
+        drawing.plants[kind.number()].get_or_init(|| self.plant(&drawing.deviation, kind)).clone()
     }
 
     /// A hypothesis against the data, on a plant.
@@ -250,7 +293,7 @@ impl<'a> Fitter<'a> {
         amplitudes: Option<&Amplitudes>,
     ) -> Result<Fit, Error> {
         let terms = hypothesis.terms(&starts[0]);
-        let plant = self.plant_of(drawing, &terms.physics)?;
+        let plant = self.plant_of(drawing, &ShaftKind::of(&terms))?;
         let nonlinear = terms.supports.iter().any(|(_, law)| law.depends_on_amplitude());
         let mut amplitudes = amplitudes.filter(|_| nonlinear).cloned();
         if terms.supports.iter().any(|(_, law)| law.rub.is_some()) {

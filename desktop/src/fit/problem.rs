@@ -148,7 +148,8 @@ impl<'a> Problem<'a> {
         match place {
             Place::Disk(i) => self.plant.bearings + i,
             Place::Bearing(i) | Place::Probe(i) => i,
-            Place::Machine | Place::LeftEnd | Place::Run(_) => 0,
+            Place::Strain(..) => self.plant.strain(place),
+            Place::Machine | Place::LeftEnd | Place::Run(_) | Place::Span(_) => 0,
         }
     }
 

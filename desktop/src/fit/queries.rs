@@ -5,7 +5,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::data::Amplitudes;
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
-use super::{Drawing, Fit, Fitter, singular};
+use super::{Drawing, Fit, Fitter, ShaftKind, singular};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::statistics::scatter::Scatter;
@@ -87,7 +87,7 @@ impl Fitter<'_> {
         fit: &'p Fit,
         drawing: &'p Drawing,
     ) -> Result<Problem<'p>, Error> {
-        let plant = self.plant_of(drawing, &hypothesis.terms(&fit.x).physics)?;
+        let plant = self.plant_of(drawing, &ShaftKind::of(&hypothesis.terms(&fit.x)))?;
         let mut problem = self.problem(hypothesis, plant, Some(&fit.amplitudes), &drawing.whitening);
         problem.go_to(&fit.x);
         Ok(problem)

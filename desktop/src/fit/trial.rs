@@ -10,7 +10,7 @@ use super::data::{Data, FitValue};
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::within::{Bounds, descend_within};
-use super::{Drawing, Effort, FINISH, Fit, Fitter};
+use super::{Drawing, Effort, FINISH, Fit, Fitter, ShaftKind};
 use crate::error::Error;
 
 /// Σ|u_c| + Σ|u_s| of the differences between the data and a model, µm: the objective of Bera et al.,
@@ -32,7 +32,7 @@ impl Fitter<'_> {
         drawing: &'p Drawing,
         amplitudes: Option<&'p Amplitudes>,
     ) -> Result<FreeProblem<'p>, Error> {
-        let plant = self.plant_of(drawing, &hypothesis.terms(&hypothesis.origin()).physics)?;
+        let plant = self.plant_of(drawing, &ShaftKind::of(&hypothesis.terms(&hypothesis.origin())))?;
         let problem = self.problem(hypothesis, plant, amplitudes, &drawing.whitening);
         Ok(FreeProblem { fitter: self, hypothesis, drawing, problem: RefCell::new(problem) })
     }

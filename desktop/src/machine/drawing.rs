@@ -352,6 +352,20 @@ impl Rotor {
         self.shaft.iter().map(|s| s.length_m).sum()
     }
 
+    /// The segment that covers a position.
+    ///
+    /// # Panics
+    /// If the shaft has no segment, which a checked one has.
+    pub fn segment_at(&self, position_m: f64) -> &Segment {
+        let mut end = 0.0;
+        let covers = |s: &&Segment| {
+            end += s.length_m;
+            position_m < end
+        };
+        let last = || self.shaft.last().expect("a checked rotor has a segment");
+        self.shaft.iter().find(covers).unwrap_or_else(last)
+    }
+
     /// Every axial position that something is attached to, ascending, without repeats, m.
     pub fn marks_m(&self) -> Vec<f64> {
         let mut marks: Vec<f64> = self

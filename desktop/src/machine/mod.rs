@@ -9,6 +9,7 @@ mod identity;
 pub mod place;
 pub mod probes;
 mod segment;
+pub mod span;
 pub(crate) mod taper;
 pub mod tolerance;
 pub mod weights;

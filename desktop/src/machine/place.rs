@@ -1,6 +1,12 @@
 //! Where something sits on a machine, and the rotating patterns that can act there.
 
+use std::borrow::Cow;
+
 use crate::machine::drawing::Rotor;
+use crate::machine::span::Span;
+
+/// Shapes that a length of shaft bends in: those of a bending moment that is even, linear and quadratic along it.
+pub const STRAINS: usize = 3;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
@@ -16,19 +22,25 @@ pub enum Place {
     LeftEnd,
     /// A run, by its number in the file.
     Run(usize),
+    /// A length of the shaft.
+    Span(Span),
+    /// One of the shapes that a length of the shaft bends in, by its number: what a change of its stiffness acts on.
+    Strain(Span, usize),
 }
 
 impl Place {
     /// The name in the rotor's file; `None` for the whole machine.
-    pub fn name(self, rotor: &Rotor) -> Option<&str> {
-        match self {
-            Self::Machine => None,
-            Self::Bearing(i) => Some(&rotor.bearing[i].name),
-            Self::Disk(i) => Some(&rotor.disk[i].name),
-            Self::Probe(i) => Some(&rotor.probe[i].name),
-            Self::LeftEnd => Some("left end"),
-            Self::Run(i) => Some(&rotor.run[i].name),
-        }
+    pub fn name(self, rotor: &Rotor) -> Option<Cow<'_, str>> {
+        let name = match self {
+            Self::Machine => return None,
+            Self::Span(span) | Self::Strain(span, _) => return Some(span.name().into()),
+            Self::Bearing(i) => &rotor.bearing[i].name,
+            Self::Disk(i) => &rotor.disk[i].name,
+            Self::Probe(i) => &rotor.probe[i].name,
+            Self::LeftEnd => "left end",
+            Self::Run(i) => &rotor.run[i].name,
+        };
+        Some(name.into())
     }
 }
 

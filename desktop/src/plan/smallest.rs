@@ -1,5 +1,7 @@
 //! The smallest effect that is found.
 
+use std::borrow::Cow;
+
 use nalgebra::DVector;
 
 use super::answer::{EffectPlan, EffectSize, Imitation};
@@ -306,7 +308,7 @@ pub fn effect(planned: &PlannedModel, number: usize, probability: f64, is_satura
     }
     EffectPlan {
         effect: candidate.placed.effect.name(),
-        at: candidate.placed.place.name(with.rotor).map(str::to_string),
+        at: candidate.placed.place.name(with.rotor).map(Cow::into_owned),
         smallest: smallest.as_ref().and_then(size),
         alone: alone.as_ref().and_then(size),
         relevant: at_relevant,

@@ -13,7 +13,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::decomposition::eigen::DefinitePencil;
-use crate::effects::{End, Pattern};
+use crate::effects::{End, Pattern, Place};
 use crate::error::Error;
 use crate::machine::drawing::Rotor;
 use crate::machine::tolerance::Offsets;
@@ -44,7 +44,7 @@ pub struct WhirlModes {
     pub mu: Vec<f64>,
     /// Nodal coordinates × modes.
     pub shapes: DMatrix<f64>,
-    /// Of bearings, then disks.
+    /// Of bearings, then disks, then strains of lengths of the shaft.
     pub held: DMatrix<f64>,
     /// Of probes, their direction left out.
     pub probes: DMatrix<f64>,
@@ -101,6 +101,8 @@ pub struct ModalShaft {
     pub probe_angles_rad: Vec<f64>,
     /// Number of bearings: the first of the held places.
     pub bearings: usize,
+    /// Held places that are no points of the shaft but strains of its lengths: the last ones, in this order.
+    strains: Vec<Place>,
     pub forward: WhirlModes,
     pub backward: WhirlModes,
     forces: Vec<Force>,
@@ -202,7 +204,7 @@ impl ModalShaft {
         let forces = all_forces(rotor);
         let loaded = OffsetShaft { rotor, shaft, offsets };
         let all = Participants {
-            held: bearings.chain(disks).collect(),
+            held: bearings.chain(disks).chain(shaft.strains.iter().map(|s| s.row.clone())).collect(),
             probes: probes.collect(),
             forces: forces.iter().map(|f| loaded.row(*f)).collect(),
         };
@@ -227,6 +229,7 @@ impl ModalShaft {
                 nominal_n_m: spring_n_m,
                 probe_angles_rad: rotor.probe.iter().map(|p| p.angle_deg.to_radians()).collect(),
                 bearings: rotor.bearing.len(),
+                strains: shaft.strains.iter().map(|s| s.place).collect(),
                 forward: sense(1.0),
                 backward: sense(-1.0),
                 forces: forces.clone(),
@@ -249,6 +252,20 @@ impl ModalShaft {
     /// Least `|1 − Ω² μ|` of any mode at these speeds.
     fn clearance(&self, speeds_rad_s: &[f64]) -> f64 {
         self.forward.clearance(speeds_rad_s).min(self.backward.clearance(speeds_rad_s))
+    }
+
+    /// Number of bearings and disks.
+    pub fn points(&self) -> usize {
+        self.forward.held.ncols() - self.strains.len()
+    }
+
+    /// Number of a strain among the held places.
+    ///
+    /// # Panics
+    /// If the shaft is not one whose lengths may differ in stiffness, or knows no such length.
+    pub fn strain(&self, place: Place) -> usize {
+        let number = self.strains.iter().position(|p| *p == place);
+        self.points() + number.expect("a shaft knows all lengths that its rotor has effects on")
     }
 
     /// Number of the column of a force.

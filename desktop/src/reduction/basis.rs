@@ -158,7 +158,7 @@ fn anchored(structure: &Structure) -> DMatrix<f64> {
 }
 
 /// Stiffness of the shaft on springs of its supports' mean stiffness.
-fn held_stiffness(model: &Model) -> DMatrix<f64> {
+pub(super) fn held_stiffness(model: &Model) -> DMatrix<f64> {
     let mut stiffness = model.structure.stiffness.clone();
     for s in &model.supports {
         // a seal may push; the basis needs something that holds

@@ -4,3 +4,4 @@ pub mod basis;
 mod modes;
 pub mod nodal;
 pub mod sizes;
+pub mod strain;

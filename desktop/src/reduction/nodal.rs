@@ -8,13 +8,15 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::machine::drawing::{Formulation, Physics, Rotor, Segment};
 use crate::machine::place::{End, Pattern};
+use crate::machine::span::Span;
 use crate::machine::tolerance::Offsets;
 use crate::model::Model;
 use crate::model::force::half_sines;
+use crate::reduction::strain::{self, SpanStrain};
 use crate::reduction::{basis, sizes};
 use crate::shaft::elements::{Element, shear_parameter};
 use crate::shaft::mesh::{Mesh, Piece};
-use crate::shaft::structure::{elements_per_segment, lumps};
+use crate::shaft::structure::{Structure, elements_per_segment, lumps};
 
 /// A sum over nodal coordinates: number and factor.
 pub type NodalSum = Vec<(usize, f64)>;
@@ -65,31 +67,41 @@ pub struct Shaft {
     /// Nodal coordinates of every pattern that is a bent shaft, of unit height.
     bends: [(Pattern, DVector<f64>); 2],
     sections: Vec<Section>,
+    /// How lengths of the shaft bend, where their stiffness may differ.
+    pub strains: Vec<SpanStrain>,
 }
 
 impl Shaft {
     /// Mesh and shape functions of a rotor as drawn.
     pub fn new(rotor: &Rotor, physics: &Physics) -> Self {
+        Self::with_strains(rotor, physics, &[])
+    }
+
+    /// The same where the stiffness of these lengths of the shaft may differ, with shape functions for that.
+    pub fn with_strains(rotor: &Rotor, physics: &Physics, spans: &[Span]) -> Self {
         let rotor = &Rotor { physics: *physics, ..rotor.clone() };
-        let model = Model::finite_elements(rotor);
+        let mesh = Mesh::with_ends(rotor, elements_per_segment(rotor), spans);
+        let model = Model::on(Structure::on_mesh(&mesh, rotor, physics), rotor);
+        let strains = strain::of_spans(rotor, &mesh, spans);
         let basis = basis::supported(&model, sizes::FIT.min(model.structure.size()));
-        Self::on(rotor, &model, basis)
+        let basis = strain::enriched(&model, basis, &strains);
+        Self { strains, ..Self::on(rotor, mesh, &model, basis) }
     }
 
     /// The same with every nodal coordinate for a shape function.
     pub fn unreduced(rotor: &Rotor) -> Self {
         let model = Model::finite_elements(rotor);
         let size = model.structure.size();
-        Self::on(rotor, &model, DMatrix::identity(size, size))
+        let mesh = Mesh::new(rotor, elements_per_segment(rotor));
+        Self::on(rotor, mesh, &model, DMatrix::identity(size, size))
     }
 
-    fn on(rotor: &Rotor, model: &Model, basis: DMatrix<f64>) -> Self {
+    fn on(rotor: &Rotor, mesh: Mesh, model: &Model, basis: DMatrix<f64>) -> Self {
         let physics = &rotor.physics;
-        let mesh = Mesh::new(rotor, elements_per_segment(rotor));
         let sections = (0..mesh.nodes_m.len()).map(|node| section(rotor, physics, &mesh, node)).collect();
         let bend = |pattern| (pattern, half_sines(pattern, &model.structure, rotor));
         let bends = [Pattern::Bow, Pattern::FullBow].map(bend);
-        Self { basis, bends, physics: *physics, mesh, sections }
+        Self { basis, bends, physics: *physics, mesh, sections, strains: Vec::new() }
     }
 
     /// Switches of the beam theory.

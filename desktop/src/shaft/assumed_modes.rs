@@ -7,8 +7,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::machine::drawing::Rotor;
+use crate::machine::span::stiffness_factor;
 use crate::shaft::mesh::Mesh;
-use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Station, Structure, segment_at};
+use crate::shaft::structure::{ELEMENTS_PER_SEGMENT, Station, Structure};
 
 /// Nodes and weights of the five-point Gauss–Legendre rule on −1 to 1.
 const GAUSS: [(f64, f64); 5] = [
@@ -74,14 +75,20 @@ pub fn structure(rotor: &Rotor, size: usize) -> Structure {
     let Mesh { nodes_m, .. } = Mesh::new(rotor, 4 * ELEMENTS_PER_SEGMENT);
     for pair in nodes_m.windows(2) {
         let (mid, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
-        let s = segment_at(rotor, mid);
+        let s = rotor.segment_at(mid);
         let (outer, inner) = (s.outer_diameter_m, s.inner_diameter_m);
         let area = std::f64::consts::PI * (outer.powi(2) - inner.powi(2)) / 4.0;
         let second_moment = std::f64::consts::PI * (outer.powi(4) - inner.powi(4)) / 64.0;
+        let factor = stiffness_factor(rotor, mid);
         for (x, weight) in GAUSS {
             let at = shapes(mid + half * x, length_m, size);
             let dz = half * weight;
-            stiffness.ger(s.youngs_modulus_pa * second_moment * dz, &at.curvature, &at.curvature, 1.0);
+            stiffness.ger(
+                factor * s.youngs_modulus_pa * second_moment * dz,
+                &at.curvature,
+                &at.curvature,
+                1.0,
+            );
             mass.ger(s.density_kg_m3 * area * dz, &at.displacement, &at.displacement, 1.0);
             tilt_inertia.ger(s.density_kg_m3 * second_moment * dz, &at.slope, &at.slope, 1.0);
         }

@@ -1,6 +1,7 @@
 //! Where the shaft is cut into finite elements, and what each of them is made of.
 
-use crate::machine::drawing::{Coupling, Physics, Rotor};
+use crate::machine::drawing::{Coupling, Physics, Rotor, Segment};
+use crate::machine::span::{self, Span};
 use crate::shaft::elements::{Element, element, joint};
 use crate::units::{SAME_NODE_M, same_place};
 
@@ -23,10 +24,22 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A node at every mark, at every end of a segment and on both sides of a flexible coupling, and no element longer
-    /// than its segment's length over `per_segment`.
+    /// A node at every mark, at every end of a segment, on both sides of a flexible coupling and at both ends of a length
+    /// whose stiffness an effect changes, and no element longer than its segment's length over `per_segment`.
     pub fn new(rotor: &Rotor, per_segment: usize) -> Self {
-        let marks = rotor.marks_m();
+        Self::with_ends(rotor, per_segment, &[])
+    }
+
+    /// The same with nodes at both ends of further lengths.
+    pub fn with_ends(rotor: &Rotor, per_segment: usize, spans: &[Span]) -> Self {
+        let mut marks = rotor.marks_m();
+        let stated = span::stated(rotor).map(|(span, _)| span);
+        for end_m in stated.chain(spans.iter().copied()).flat_map(|span| [span.from_m(), span.to_m()]) {
+            if !marks.iter().any(|mark| same_place(*mark, end_m)) {
+                marks.push(end_m);
+            }
+        }
+        marks.sort_by(f64::total_cmp);
         let mut mesh = Self { nodes_m: vec![0.0], pieces: Vec::new() };
         let mut left = 0.0;
         for (number, segment) in rotor.shaft.iter().enumerate() {
@@ -59,6 +72,24 @@ impl Mesh {
             Piece::Segment(segment) => element(&rotor.shaft[segment], self.length_m(number), physics),
             Piece::Coupling(coupling) => joint(&rotor.coupling[coupling], physics),
         }
+    }
+
+    /// Matrices of one piece as the rotor's effects leave it: its bending and shear stiffness changed, its mass as drawn.
+    pub fn element_with_effects(&self, number: usize, rotor: &Rotor, physics: &Physics) -> Element {
+        match self.pieces[number] {
+            Piece::Segment(segment) => {
+                let drawn = rotor.shaft[segment];
+                let factor = span::stiffness_factor(rotor, self.middle_m(number));
+                let changed = Segment { youngs_modulus_pa: factor * drawn.youngs_modulus_pa, ..drawn };
+                element(&changed, self.length_m(number), physics)
+            }
+            Piece::Coupling(_) => self.element(number, rotor, physics),
+        }
+    }
+
+    /// Middle of one piece, m from the left end.
+    pub fn middle_m(&self, number: usize) -> f64 {
+        0.5 * (self.nodes_m[number] + self.nodes_m[number + 1])
     }
 
     /// Length of one piece, m; zero for a coupling.

@@ -51,7 +51,11 @@ impl Structure {
     /// Finite elements with a node at every mark, two at a flexible coupling, and at least `per_segment` elements a
     /// segment.
     pub fn finite_elements(rotor: &Rotor, physics: &Physics, per_segment: usize) -> Self {
-        let mesh = Mesh::new(rotor, per_segment);
+        Self::on_mesh(&Mesh::new(rotor, per_segment), rotor, physics)
+    }
+
+    /// Finite elements of this mesh of the rotor.
+    pub fn on_mesh(mesh: &Mesh, rotor: &Rotor, physics: &Physics) -> Self {
         let n = 2 * mesh.nodes_m.len();
         let mut s = Self {
             stiffness: DMatrix::zeros(n, n),
@@ -62,7 +66,7 @@ impl Structure {
             is_chain: true,
         };
         for i in 0..mesh.pieces.len() {
-            let e = mesh.element(i, rotor, physics);
+            let e = mesh.element_with_effects(i, rotor, physics);
             for (whole, part) in [
                 (&mut s.stiffness, e.stiffness),
                 (&mut s.mass, e.mass),
@@ -157,19 +161,6 @@ pub(crate) fn lumps(rotor: &Rotor) -> impl Iterator<Item = Lump> {
     };
     let rigid = rotor.coupling.iter().filter(|c| c.flexibility.is_none());
     rotor.disk.iter().map(disk).chain(rigid.map(coupling))
-}
-
-/// The segment that covers a position.
-pub(crate) fn segment_at(rotor: &Rotor, position_m: f64) -> &crate::machine::drawing::Segment {
-    let mut end = 0.0;
-    rotor
-        .shaft
-        .iter()
-        .find(|s| {
-            end += s.length_m;
-            position_m < end
-        })
-        .unwrap_or_else(|| rotor.shaft.last().expect("a checked rotor has a segment"))
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ impl Search<'_> {
         let mut random = stream(seed, name);
         let has = |effect: &dyn Effect, place: &Place| {
             let at = place.name(machine);
-            machine.effect.iter().any(|e| e.kind == effect.name() && e.at.as_deref() == at)
+            machine.effect.iter().any(|e| e.kind == effect.name() && e.at.as_deref() == at.as_deref())
         };
         let free = |effect: &'static dyn Effect| {
             let mut places = effect.places(self.file);

@@ -49,21 +49,25 @@ run = [
 ]
 "#;
 
-fn with(effect: &str) -> Rotor {
+pub fn with(effect: &str) -> Rotor {
     rotor_file::parse("rotor.toml", &format!("{MACHINE}{effect}")).unwrap()
 }
 
 /// Speeds of a run, up to 9,000 rpm, through the bending resonance.
-fn run_up() -> impl Iterator<Item = f64> {
+pub fn run_up() -> impl Iterator<Item = f64> {
     (0..SPEEDS).map(|k| 2000.0 + 200.0 * f64::from(k))
 }
 
-fn own_unbalance() -> [C; 2] {
+pub fn own_unbalance() -> [C; 2] {
     [phasor_kg_m(900.0, 30.0), phasor_kg_m(700.0, -80.0)]
 }
 
 /// What the probes show on the machine in a run with these unbalances in its planes.
-fn shown_with(rotor: &Rotor, unbalance: [C; 2], speeds_rpm: impl Iterator<Item = f64>) -> Vec<DVector<C>> {
+pub fn shown_with(
+    rotor: &Rotor,
+    unbalance: [C; 2],
+    speeds_rpm: impl Iterator<Item = f64>,
+) -> Vec<DVector<C>> {
     let model = Model::finite_elements(rotor);
     let unbalance = DVector::from_column_slice(&unbalance);
     speeds_rpm.map(|rpm| model.response_under(rad_s(rpm), &unbalance).unwrap().at(&unbalance)).collect()
@@ -77,7 +81,7 @@ fn shown(effect: &str) -> Vec<DVector<C>> {
 }
 
 /// Readings of that in both runs, with noise.
-fn measured(shown: &[DVector<C>], seed: u64) -> Vec<Reading> {
+pub fn measured(shown: &[DVector<C>], seed: u64) -> Vec<Reading> {
     measured_in(&["as found", "trial"], shown, seed)
 }
 
@@ -115,7 +119,7 @@ fn names(label: &str, readings: &[Reading]) {
 
 /// Hides an effect, and asks.
 #[track_caller]
-fn is_found(kind: &str, at: Option<&str>, parameters: &str) {
+pub fn is_found(kind: &str, at: Option<&str>, parameters: &str) {
     let place = at.map_or(String::new(), |at| format!("at = \"{at}\"\n"));
     let stated = format!("[[effect]]\nkind = \"{kind}\"\n{place}parameters = {{ {parameters} }}");
     let label = at.map_or(kind.to_string(), |at| format!("{kind}@{at}"));

@@ -7,5 +7,6 @@ mod lstm;
 mod published;
 mod repeated;
 mod rotor_file;
+mod shaft_stiffness;
 mod simulate;
 mod tracking;

@@ -40,7 +40,7 @@ function placeButton(place, choose, isSpot) {
   return button;
 }
 
-const KINDS = [["machine", "Machine"], ["bearing", "Bearings"], ["disk", "Disks"], ["probe", "Probes"], ["end", "Ends"], ["run", "Runs"]];
+const KINDS = [["machine", "Machine"], ["bearing", "Bearings"], ["disk", "Disks"], ["probe", "Probes"], ["end", "Ends"], ["run", "Runs"], ["length", "Lengths of shaft"]];
 
 function showPlaces(session, choose) {
   if (drawn !== session.drawing) {

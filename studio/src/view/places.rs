@@ -57,6 +57,7 @@ fn view(
     error: f64,
 ) -> PlaceView {
     let name = place.name(rotor);
+    let name = name.as_deref();
     let chosen = |effect: &str| {
         let change = session.preview.as_ref().map(|step| &step.change);
         matches!(change, Some(Change::Added { effect: e, at }) if e == effect && at.as_deref() == name)
@@ -105,6 +106,7 @@ fn kind(place: Place) -> &'static str {
         Place::Probe(_) => "probe",
         Place::LeftEnd => "end",
         Place::Run(_) => "run",
+        Place::Span(_) | Place::Strain(..) => "length",
     }
 }
 

@@ -28,8 +28,9 @@ impl Problem<'_> {
     pub(super) fn squared(&self, motion: &[DVector<C>]) -> Amplitudes {
         let places = self.places();
         let at = |m: &DVector<C>| {
-            let mut squared = vec![[0.0; 2]; self.plant.forward.held.ncols()];
-            for (i, place) in places.iter().enumerate() {
+            let mut squared = vec![[0.0; 2]; self.plant.points()];
+            // how a length of the shaft bends is no amplitude
+            for (i, place) in places.iter().enumerate().filter(|(_, place)| **place < self.plant.points()) {
                 squared[*place] = [m[2 * i].norm_sqr(), m[2 * i + 1].norm_sqr()];
             }
             squared

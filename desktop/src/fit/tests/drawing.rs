@@ -40,7 +40,7 @@ fn compare_on(rotor: &Rotor, chosen: &[&str], centre: f64) {
     let (h, x, _) = hypothesis(&fitter, chosen);
     let centre = none.map(|_| centre);
     let p = problem(&fitter, &h, &x, &centre);
-    let errors = DrawingErrors::new(rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &centre);
+    let errors = DrawingErrors::new(rotor, fitter.shaft(&as_drawn(rotor)), &fitter.deviations, &centre);
     let exact = p.error_derivative(&errors).unwrap();
     let expected = by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &centre);
     for j in 0..centre.len() {

@@ -209,7 +209,7 @@ fn drawing_errors_equal_differences(rotor: &Rotor) {
     let fitter = Fitter::new(rotor, Data::new(rotor, &NOISE, &readings));
     let (h, x, _) = hypothesis(&fitter, &[]);
     let p = problem(&fitter, &h, &x, &none);
-    let errors = DrawingErrors::new(rotor, fitter.shaft(&rotor.physics), &fitter.deviations, &none);
+    let errors = DrawingErrors::new(rotor, fitter.shaft(&as_drawn(rotor)), &fitter.deviations, &none);
     let exact = p.error_derivative(&errors).unwrap();
     let expected = drawing::by_differences(&fitter, &h, &x, &p.solved().unwrap().unknowns, &none);
     for j in 0..none.len() {

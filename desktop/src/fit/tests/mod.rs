@@ -7,12 +7,13 @@ mod unknown;
 
 use nalgebra::{Complex, DVector};
 
-use super::Fitter;
 use super::data::Data;
 use super::hypothesis::{Hypothesis, PlacedEffect};
 use super::problem::Problem;
+use super::{Fitter, ShaftKind};
 use crate::effects::{Place, find};
 use crate::machine::drawing::{AddedUnbalance, Noise, Rotor, Run, Tolerance};
+use crate::machine::span::Span;
 use crate::measurement::Reading;
 use crate::testing::{sample_rotor, train};
 use crate::unbalance::phasor_kg_m;
@@ -101,6 +102,7 @@ fn every_effect() -> Vec<(&'static str, Place, Vec<f64>, Vec<C>)> {
         ("nonlinear_stiffness", Place::Machine, vec![2e7], vec![]),
         ("rub", Place::Disk(1), vec![2e7, 1e-5, 0.2], vec![]),
         ("internal_damping", Place::Machine, vec![2e-6], vec![]),
+        ("shaft_stiffness", Place::Span(Span::new(0.35, 0.6)), vec![0.4], vec![]),
     ]
 }
 
@@ -128,13 +130,17 @@ fn measured(rotor: &Rotor, speeds_rpm: &[f64], chosen: &[&str], deviation: &DVec
     let mut blank = readings(rotor, speeds_rpm);
     let fitter = Fitter::new(rotor, Data::new(rotor, &NOISE, &blank));
     let (h, x, unknowns) = hypothesis(&fitter, chosen);
-    let plant = fitter.plant(deviation, &rotor.physics).unwrap();
+    let plant = fitter.plant(deviation, &ShaftKind::of(&h.terms(&x))).unwrap();
     let model = fitter.problem(&h, plant, None, &fitter.plain).weighted_model(&x, &unknowns).unwrap();
     let sigmas: Vec<f64> = fitter.data.values().map(|v| v.sigma_m).collect();
     for (i, value) in blank.iter_mut().flat_map(|r| r.probes.iter_mut()).enumerate() {
         *value = Some(C::new(model[2 * i], model[2 * i + 1]) * sigmas[i]);
     }
     blank
+}
+
+fn as_drawn(rotor: &Rotor) -> ShaftKind {
+    ShaftKind { physics: rotor.physics, has_lengths: false }
 }
 
 fn no_deviation(fitter: &Fitter) -> DVector<f64> {
@@ -148,7 +154,7 @@ fn problem<'p>(
     x: &[f64],
     deviation: &DVector<f64>,
 ) -> Problem<'p> {
-    let plant = fitter.plant(deviation, &h.terms(x).physics).unwrap();
+    let plant = fitter.plant(deviation, &ShaftKind::of(&h.terms(x))).unwrap();
     let mut p = fitter.problem(h, plant, None, &fitter.plain);
     p.go_to(x);
     p

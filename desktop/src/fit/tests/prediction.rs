@@ -24,7 +24,7 @@ fn problem_at<'p>(
     x: &[f64],
     amplitudes: &'p Amplitudes,
 ) -> Problem<'p> {
-    let plant = fitter.plant(&no_deviation(fitter), &h.terms(x).physics).unwrap();
+    let plant = fitter.plant(&no_deviation(fitter), &ShaftKind::of(&h.terms(x))).unwrap();
     let mut p = fitter.problem(h, plant, Some(amplitudes), &fitter.plain);
     p.go_to(x);
     p

@@ -8,7 +8,7 @@ use crate::fit::drawing_errors::DrawingErrors;
 use crate::fit::error_slopes::Snapshot;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::problem::Problem;
-use crate::fit::{Drawing, Fit, Fitter, singular};
+use crate::fit::{Drawing, Fit, Fitter, ShaftKind, singular};
 use crate::machine::place::SpeedLaw;
 use crate::reduction::nodal::NodalSum;
 
@@ -132,7 +132,7 @@ impl Fitter<'_> {
         drawing: &Drawing,
         assumptions: &[Assumption],
     ) -> Result<Vec<AssumptionResponse>, Error> {
-        let shaft = self.shaft(&hypothesis.terms(&fit.x).physics);
+        let shaft = self.shaft(&ShaftKind::of(&hypothesis.terms(&fit.x)));
         let problem = self.at(hypothesis, fit, drawing)?;
         let mut places: Vec<f64> = assumptions.iter().flat_map(|a| a.positions_m()).copied().collect();
         places.sort_by(f64::total_cmp);

@@ -14,7 +14,7 @@ use nalgebra::{Complex, DVector};
 use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
-use super::{Drawing, Effort, Fit, Fitter, singular};
+use super::{Drawing, Effort, Fit, Fitter, ShaftKind, singular};
 use crate::error::Error;
 use crate::machine::tolerance::Deviations;
 use crate::statistics::scatter::Scatter;
@@ -59,7 +59,7 @@ impl Fitter<'_> {
         assumptions: &[Assumption],
     ) -> Result<Vec<f64>, Error> {
         let all = self.shown(hypothesis, fit, drawing, assumptions)?;
-        let plant = self.plant_of(drawing, &hypothesis.terms(&fit.x).physics)?;
+        let plant = self.plant_of(drawing, &ShaftKind::of(&hypothesis.terms(&fit.x)))?;
         let cost = |AssumptionResponse { response, .. }: &AssumptionResponse| {
             let mut size = first_size(fit, response);
             let mut noise = self.about(&drawing.whitening, fit).scattered(Scatter::STATED);
