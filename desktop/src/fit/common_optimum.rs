@@ -18,7 +18,7 @@ use crate::statistics::whitening::Whitening;
 /// When the common optimum is found.
 const COMMON: Stop = Stop::after(60, 1e-6).in_standard_deviations();
 /// The same from the optimum under another noise.
-const NEARBY: Stop = COMMON.from_nearby();
+const NEARBY: Stop = COMMON.nearby();
 
 impl Fitter<'_> {
     /// The drawing around the most probable errors under a hypothesis, sought from a fit; as stated where it

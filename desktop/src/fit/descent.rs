@@ -42,7 +42,7 @@ impl Stop {
     }
 
     /// From next to the optimum, where directions of little curvature are to be followed at once.
-    pub const fn from_nearby(self) -> Self {
+    pub const fn nearby(self) -> Self {
         Self { damping: NEARBY_DAMPING, ..self }
     }
 

@@ -87,7 +87,7 @@ pub fn story(answer: &ImprovementAnswer, drawn: &FittedCurves, next: (String, Op
         let (were, it) = if added.len() > 1 { ("were", "them") } else { ("was", "it") };
         let after = drawn.models.last().map_or(f64::NAN, |model| model.comparison.relative_error);
         let left = match answer.verdict {
-            "adequate" => "and the rest is noise",
+            "adequate" | "not_determined" => "and the rest is noise",
             _ => "and noise does not explain the rest",
         };
         format!(

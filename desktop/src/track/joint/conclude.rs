@@ -8,7 +8,7 @@ use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
 use super::passes::{JointProblem, Pass};
-use super::regression::OtherPart;
+use super::regressor::OtherPart;
 use super::scan::days;
 use super::scope::{EventAt, Instrument};
 use super::search::{AssumedEvent, EventHistory, PossibleHistory, Rival};

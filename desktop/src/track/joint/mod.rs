@@ -31,6 +31,7 @@ mod learn;
 mod motion;
 mod passes;
 mod regression;
+mod regressor;
 mod restart;
 mod scan;
 mod scope;

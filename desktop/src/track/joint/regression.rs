@@ -11,21 +11,12 @@ use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
 use super::passes::JointProblem;
+use super::regressor::{OtherPart, Regressor};
 use super::scan::is_enough;
 use super::scope::EventAt;
 use super::search::{EventHistory, NEGLIGIBLE};
 use super::state::Layout;
 use crate::track::coefficients::coefficient;
-
-/// A constant of the state: what a covariate adds to a component of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Regressor {
-    pub covariate: usize,
-    /// Component of the state, of the bearings' constants or of the unbalance's coordinates.
-    pub onto: usize,
-    /// Prior standard deviation for one scale of the covariate.
-    pub sd: f64,
-}
 
 /// Part of the machine that a covariate may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,19 +38,6 @@ impl Trial {
     fn covariate(&self) -> usize {
         self.regressors[0].covariate
     }
-}
-
-/// Another part of the machine that may follow a covariate instead.
-pub struct OtherPart {
-    pub covariate: usize,
-    /// Logarithm of its probability relative to that of the selected part.
-    pub log_odds: f64,
-    /// Whether it is the unbalance.
-    pub is_unbalance: bool,
-    /// All regressors of this explanation.
-    pub regressors: Vec<Regressor>,
-    pub motion: ProcessModel,
-    pub linearised_at: Vec<DVector<f64>>,
 }
 
 impl Layout {

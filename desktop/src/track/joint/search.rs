@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
 use super::passes::{ConvergedPass, JointProblem};
-use super::regression::OtherPart;
+use super::regressor::OtherPart;
 use super::scan::{Scan, is_enough};
 use super::scope::{EventAt, Instrument, Scope};
 use crate::track::daily::Tracking;

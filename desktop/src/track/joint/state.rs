@@ -17,7 +17,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::coordinate::Coordinate;
 use super::kalman::{Gaussian, Transition};
 use super::motion::ProcessModel;
-use super::regression::Regressor;
+use super::regressor::Regressor;
 use super::scope::{EventAt, Instrument, Scope};
 use crate::machine::drawing::Noise;
 use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};

@@ -51,7 +51,7 @@ fn temperature_that_bearings_do_not_follow_is_not_used() {
 }
 
 #[test]
-fn lost_temperatures_are_interpolated_and_mostly_lost_ones_refused() {
+fn lost_temperatures_are_interpolated_mostly_lost_ones_refused() {
     let plan = Plan { days: 240, ..plan(0, PER_TEN) };
     let config = Config { conditions: vec![oil()], ..Config::new(Method::Joint) };
     let lost_but = |every: usize| {
