@@ -181,12 +181,15 @@ fn grown<'a>(
     let settle = |(_, base, t): &Child<'_, 'a>| {
         BaseModel::fit_base(base.fitter, base.hypothesis.with(t.placed), base.stated, base.scaled_for_file(t))
     };
+    // a set with which the machine is singular from every start explains nothing
     let settled = |child| {
-        let base: BaseModel = settle(child)?;
-        Ok((!base.is_physical()?, base))
+        let base: BaseModel = settle(child).ok()?;
+        Some((!base.is_physical().ok()?, base))
     };
-    let kept: Result<Vec<(bool, BaseModel)>, Error> = children[..many].par_iter().map(settled).collect();
-    let mut kept = kept?;
+    let mut kept: Vec<(bool, BaseModel)> = children[..many].par_iter().filter_map(settled).collect();
+    if kept.is_empty() {
+        return Ok(None);
+    }
     // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
     kept.sort_by(|a, b| a.0.cmp(&b.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
     if parents.len() > 1 {

@@ -67,7 +67,8 @@ impl Fitter<'_> {
         Ok((fit, settled))
     }
 
-    /// The same from the optimum under another noise, whose errors of the drawing these are.
+    /// The same from the optimum under another noise, whose errors of the drawing these are. They stay where they are if the machine
+    /// is singular where the noise leads them, as it can be with few readings.
     ///
     /// # Errors
     /// If the machine is singular at the fit.
@@ -77,18 +78,22 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: Drawing,
     ) -> Result<(Fit, Drawing), Error> {
-        let (x, settled) = if self.drawing_is_exact() {
-            (fit.x.clone(), drawing)
-        } else {
+        let fitted = |x: Vec<f64>, drawing: &Drawing| {
+            self.fit(hypothesis, &[x], drawing, Effort::Search, Some(&fit.amplitudes))
+        };
+        let moved = || -> Option<(Fit, Drawing)> {
             let noise = drawing.whitening.of_scatter();
             let mut at = JointProblem::new(self, hypothesis, fit, &noise);
             at.move_to(&position(fit, &drawing.deviation));
             at.by_error = Some((at.at.clone(), drawing.whitening.by_deviation().clone()));
             descend(&mut at, NEARBY);
-            (at.parts().0, at.linear()?)
+            let settled = at.linear().ok()?;
+            Some((fitted(at.parts().0, &settled).ok()?, settled))
         };
-        let fit = self.fit(hypothesis, &[x], &settled, Effort::Search, Some(&fit.amplitudes))?;
-        Ok((fit, settled))
+        match if self.drawing_is_exact() { None } else { moved() } {
+            Some(found) => Ok(found),
+            None => Ok((fitted(fit.x.clone(), &drawing)?, drawing)),
+        }
     }
 
     fn common_optimum(
