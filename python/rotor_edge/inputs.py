@@ -61,7 +61,8 @@ class Measurement:
 
     columns: Mapping[str, np.ndarray]
     """``run`` and ``time_d`` (days) if there are any, ``speed_rpm``, then ``<probe>_cos_um`` and ``<probe>_sin_um`` of every
-    probe (µm) and perhaps ``<probe>_gap_v`` (V); a lost reading is not a number."""
+    probe (µm), perhaps ``<probe>_gap_v`` (V) and conditions of operation such as ``load_mw``; a lost reading is not a
+    number."""
 
     def __getitem__(self, column: str) -> np.ndarray:
         return self.columns[column]

@@ -22,6 +22,6 @@ pub fn measurement(path: &Path, rotor: Option<&Path>) -> Result<String> {
         bail!("{}: amplitudes are in {}, expected µm", path.display(), series.unit);
     }
     let mut text = Vec::new();
-    measurement::write_exactly(&mut text, &series.probes, &series.readings)?;
+    measurement::write_with_conditions(&mut text, &series.probes, &series.conditions, &series.readings)?;
     Ok(String::from_utf8(text)?)
 }

@@ -44,6 +44,8 @@ pub struct ProbeRecord {
     pub unit: String,
     /// Names of the probes, in the order of the columns.
     pub probes: Vec<String>,
+    /// Conditions of operation, in the order of the columns.
+    pub conditions: Vec<Condition>,
     /// The rows; phasors in millionths of the unit, so in m where it is µm.
     pub readings: Vec<Reading>,
 }
@@ -198,8 +200,8 @@ pub fn series(
         (probes, unit) = probes_of(file, headers)?;
         Columns::of_probes(file, headers, &probes, &[], &unit, "this file", RowRules::STRICT.times)
     };
-    let readings = every_row(file, text, columns, known, &RowRules::STRICT)?.readings;
-    Ok(ProbeRecord { unit, probes, readings })
+    let Rows { readings, conditions, .. } = every_row(file, text, columns, known, &RowRules::STRICT)?;
+    Ok(ProbeRecord { unit, probes, conditions, readings })
 }
 
 fn every_row(

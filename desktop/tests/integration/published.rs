@@ -86,6 +86,7 @@ fn series(probes: usize, runs: &[(&str, Vec<C>)]) -> ProbeRecord {
     };
     ProbeRecord {
         unit: "um".into(),
+        conditions: Vec::new(),
         probes: (1..=probes).map(|p| format!("P{p}")).collect(),
         readings: runs.iter().map(reading).collect(),
     }

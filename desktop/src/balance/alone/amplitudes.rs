@@ -363,6 +363,7 @@ mod tests {
         };
         ProbeRecord {
             unit: "um".into(),
+            conditions: Vec::new(),
             probes: vec!["P".into()],
             readings: amplitudes.iter().map(reading).collect(),
         }

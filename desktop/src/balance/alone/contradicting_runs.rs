@@ -49,7 +49,12 @@ impl Rig {
                 ..Reading::default()
             });
         }
-        ProbeRecord { unit: "um".into(), probes: (0..PROBES).map(|p| format!("P{p}")).collect(), readings }
+        ProbeRecord {
+            unit: "um".into(),
+            conditions: Vec::new(),
+            probes: (0..PROBES).map(|p| format!("P{p}")).collect(),
+            readings,
+        }
     }
 
     fn stated(&self) -> Weights {

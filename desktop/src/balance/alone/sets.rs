@@ -163,6 +163,7 @@ mod tests {
         };
         let series = ProbeRecord {
             unit: "um".into(),
+            conditions: Vec::new(),
             probes: vec!["P".into(), "Q".into()],
             readings: measured.iter().map(reading).collect(),
         };

@@ -58,6 +58,7 @@ fn measured(runs: &[&str], relative: f64, seed: u64, seen: impl Fn(usize, C) -> 
     };
     ProbeRecord {
         unit: "um".into(),
+        conditions: Vec::new(),
         probes: ["1X", "1Y", "2X", "2Y"].map(String::from).to_vec(),
         readings: runs.iter().enumerate().map(reading).collect(),
     }

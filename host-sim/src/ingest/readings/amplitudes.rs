@@ -51,5 +51,5 @@ pub fn read(path: &Path) -> Result<Option<ProbeRecord>> {
         Ok(ControlFlow::Continue(()))
     })?;
     let names = amplitudes.iter().map(|c| c.target.probe.clone().unwrap_or_default()).collect();
-    Ok(Some(ProbeRecord { unit: "um".into(), probes: names, readings }))
+    Ok(Some(ProbeRecord { unit: "um".into(), conditions: Vec::new(), probes: names, readings }))
 }
