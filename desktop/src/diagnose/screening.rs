@@ -97,4 +97,14 @@ mod tests {
         assert_eq!((chosen[0], chosen[of_first - 1]), (0, 899));
         assert_eq!(chosen[of_first..], [900, 904, 905]);
     }
+
+    #[test]
+    fn screened_readings_of_equal_runs_lie_between_one_another() {
+        let runs: Vec<usize> = [[0; 41], [1; 41]].concat();
+        let chosen = chosen(&runs, 18);
+        let of_run = |run: usize| chosen.iter().filter(move |r| *r / 41 == run).map(|r| r % 41);
+        let [first, second]: [Vec<usize>; 2] = [of_run(0).collect(), of_run(1).collect()];
+        assert_eq!(first, [0, 5, 10, 15, 20, 25, 30, 35, 40]);
+        assert_eq!(second, [0, 7, 12, 17, 22, 27, 32, 37, 40]);
+    }
 }

@@ -47,7 +47,7 @@ fn best_set<'a>(
     reach: SearchReach,
 ) -> Result<Option<EffectSet<'a>>, Error> {
     let SearchReach { width, effects } = reach;
-    let Some(mut beam) = grown(base, &[(base, tried)], width)? else { return Ok(None) };
+    let Some(mut beam) = grown(base, &[(base, tried)], width) else { return Ok(None) };
     let mut added = 1;
     while added < effects {
         let mut tried = vec![beam.sets[0].try_likely()?];
@@ -60,7 +60,7 @@ fn best_set<'a>(
         }
         let parents: Vec<(&BaseModel, &[CandidateFit])> =
             beam.sets.iter().zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
-        let Some(next) = grown(base, &parents, width)? else { break };
+        let Some(next) = grown(base, &parents, width) else { break };
         beam = next;
         added += 1;
     }
@@ -158,10 +158,10 @@ fn grown<'a>(
     start: &BaseModel<'a>,
     parents: &[(&BaseModel<'a>, &[CandidateFit])],
     width: usize,
-) -> Result<Option<Beam<'a>>, Error> {
+) -> Option<Beam<'a>> {
     let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
     let children = children(start, parents);
-    let Some((best, ..)) = children.first() else { return Ok(None) };
+    let (best, ..) = children.first()?;
     let near = best + 2.0 * RIVAL.ln();
     let mut equals: Vec<String> = (children.iter())
         .filter(|(evidence, ..)| *evidence > near)
@@ -187,14 +187,11 @@ fn grown<'a>(
         Some((!base.is_physical().ok()?, base))
     };
     let mut kept: Vec<(bool, BaseModel)> = children[..many].par_iter().filter_map(settled).collect();
-    if kept.is_empty() {
-        return Ok(None);
-    }
     // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
     kept.sort_by(|a, b| a.0.cmp(&b.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
     if parents.len() > 1 {
         // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
-        let near = evidence(&kept[0].1.fit) + 2.0 * RIVAL.ln();
+        let near = evidence(&kept.first()?.1.fit) + 2.0 * RIVAL.ln();
         let rivals = kept.iter().filter(|(unphysical, base)| !unphysical && evidence(&base.fit) > near);
         equals = rivals.map(|(_, base)| effect_labels(base).join(" + ")).collect();
     }
@@ -203,7 +200,9 @@ fn grown<'a>(
         // special cases were settled beside what they are cases of, and count from here on like any other
         sets.truncate(width);
     }
-    Ok(Some(Beam { sets, rivals: if equals.len() > 1 { equals } else { Vec::new() } }))
+    // none if the machine is singular with each of them
+    sets.first()?;
+    Some(Beam { sets, rivals: if equals.len() > 1 { equals } else { Vec::new() } })
 }
 
 /// Labels of a base's effects, sorted.

@@ -72,7 +72,7 @@ impl Fitter<'_> {
     ///
     /// # Errors
     /// If the machine is singular at the fit.
-    pub fn back_on_common_optimum(
+    pub fn on_nearby_common_optimum(
         &self,
         hypothesis: &Hypothesis,
         fit: &Fit,
@@ -90,10 +90,12 @@ impl Fitter<'_> {
             let settled = at.linear().ok()?;
             Some((fitted(at.parts().0, &settled).ok()?, settled))
         };
-        match if self.drawing_is_exact() { None } else { moved() } {
-            Some(found) => Ok(found),
-            None => Ok((fitted(fit.x.clone(), &drawing)?, drawing)),
+        if !self.drawing_is_exact()
+            && let Some(found) = moved()
+        {
+            return Ok(found);
         }
+        Ok((fitted(fit.x.clone(), &drawing)?, drawing))
     }
 
     fn common_optimum(

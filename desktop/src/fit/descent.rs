@@ -23,8 +23,8 @@ pub struct Stop {
     pub steps: usize,
     /// Change of the sum of squares, relative, that ends it.
     pub tolerance: f64,
-    /// The same as it is, for a sum of squares in standard deviations: what a step foresees to gain is the square of how far any
-    /// unknown is off, in its own.
+    /// Change of the sum of squares, absolute, that ends it. If the residuals are in standard deviations, the foreseen change is an
+    /// upper bound of the squared distance of each unknown from the optimum, in its own standard deviations.
     pub least_gain: f64,
     /// Damping of the first step, of the largest curvature seen: less where the sum is nearly quadratic from the start on.
     pub damping: f64,
@@ -36,7 +36,7 @@ impl Stop {
         Self { steps, tolerance, least_gain: 0.0, damping: FIRST_DAMPING }
     }
 
-    /// No unknown that data determine is left further than 1.4 % of its standard deviation from the optimum.
+    /// The search ends where the distance of each unknown from the optimum is below 1.4 % of its standard deviation.
     pub const fn in_standard_deviations(self) -> Self {
         Self { least_gain: 2e-4, ..self }
     }

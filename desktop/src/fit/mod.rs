@@ -78,7 +78,7 @@ const SHAFT_KINDS: usize = 16;
 #[derive(Debug, Clone, Copy)]
 struct ShaftKind {
     physics: Physics,
-    /// Whether lengths of it may differ in stiffness, which takes shape functions of their own.
+    /// The stiffness of lengths of the shaft may differ; the basis then holds additional shape functions.
     has_lengths: bool,
 }
 

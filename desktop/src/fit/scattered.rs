@@ -33,7 +33,7 @@ impl Fitter<'_> {
             }
             drawing = drawing.under(about.scattered(found));
             // the drawing's errors with it: held linear, they turn a straight valley into a bent one that takes many steps
-            (fit, drawing) = self.back_on_common_optimum(hypothesis, &fit, drawing)?;
+            (fit, drawing) = self.on_nearby_common_optimum(hypothesis, &fit, drawing)?;
         }
         Ok((fit, drawing))
     }

@@ -24,7 +24,7 @@ pub enum Place {
     Run(usize),
     /// A length of the shaft.
     Span(Span),
-    /// One of the shapes that a length of the shaft bends in, by its number: what a change of its stiffness acts on.
+    /// The strain of a length of the shaft in one of its bending shapes, by number; a change of stiffness acts on it.
     Strain(Span, usize),
 }
 

@@ -101,7 +101,7 @@ pub struct ModalShaft {
     pub probe_angles_rad: Vec<f64>,
     /// Number of bearings: the first of the held places.
     pub bearings: usize,
-    /// Held places that are no points of the shaft but strains of its lengths: the last ones, in this order.
+    /// The last held places, in this order: each is the strain of a length of the shaft, not a point.
     strains: Vec<Place>,
     pub forward: WhirlModes,
     pub backward: WhirlModes,
