@@ -15,15 +15,16 @@ pub const CHAINS: usize = 4;
 const DISPERSED: f64 = 2.0;
 /// Share of a chain that is discarded as burn-in.
 const BURN_IN: f64 = 0.2;
-/// Convergence criteria: largest R-hat and least effective sample size (Vehtari and others 2021, section 4).
-const AGREED: f64 = 1.01;
+/// Convergence criteria: largest R-hat and least effective sample size (Vehtari and others 2021, section 4). Eight halves of chains
+/// that are worth 400 samples together differ by chance alone as an R-hat of 1.01 does, one of a dozen quantities by more.
+const AGREED: f64 = 1.02;
 const ENOUGH: f64 = 400.0;
-/// Most rounds with each proposal distribution: after the first it is renewed from the samples so far.
+/// Most rounds with each proposal distribution: after the first it is matched to the target by more draws.
 const ROUNDS: [usize; 3] = [4, 4, 8];
 /// Samples beyond those that the first ones promise to be enough: an effective size is itself an estimate.
 const MARGIN: f64 = 1.2;
-/// Factor on the variance of a proposal distribution made from samples, which underestimate the tails.
-const WIDENED: f64 = 1.3;
+/// How often the proposals are matched to the target before the chains start, each time by as many draws as a round of a chain.
+const MATCHED: u64 = 2;
 
 /// Samples of all chains, and their convergence.
 pub struct PosteriorSamples {
@@ -41,13 +42,17 @@ struct SampledChain {
 /// relative to the prior's mean. `None` if the machine is singular there.
 pub fn draw(target: &Marginal, starts: &[Logs], proposals: usize, seed: u64) -> Option<PosteriorSamples> {
     let mut student = target.proposals(starts)?;
+    let density = |z: &DVector<f64>| target.log_density(z);
+    for k in 0..MATCHED {
+        student = student.matched(&density, proposals, seed.wrapping_add(k)).unwrap_or(student);
+    }
     for (renewal, rounds) in ROUNDS.into_iter().enumerate() {
         let seed = seed.wrapping_mul(0x9e37_79b9).wrapping_add(renewal as u64);
         let found = with_proposals(target, &student, proposals, rounds, seed)?;
         if renewal + 1 == ROUNDS.len() || agreed(&found.quality) {
             return Some(found);
         }
-        student = learned(target, &found.samples)?;
+        student = student.matched(&density, CHAINS * proposals, seed).unwrap_or(student);
     }
     None
 }
@@ -95,17 +100,10 @@ fn with_proposals(
         if agreed(&quality) || rounds == most_rounds {
             break quality;
         }
-        wanted = rounds_needed(&quality, rounds).min(most_rounds);
+        wanted = rounds_needed(&quality, rounds).min(2 * rounds).min(most_rounds);
     };
     let samples = chains.into_iter().flat_map(|c| c.samples).collect();
     Some(PosteriorSamples { samples, quality })
-}
-
-/// Proposals with the moments of the samples.
-fn learned(target: &Marginal, samples: &[PosteriorSample]) -> Option<Student> {
-    let seen = moments(samples);
-    let off: Logs = seen.logs.iter().zip(target.centre()).map(|(log, centre)| log - centre).collect();
-    Student::new(target.coordinates(&off)?, target.whitened(&seen.covariance)? * WIDENED)
 }
 
 /// Mean and covariance of the sampled bearings.

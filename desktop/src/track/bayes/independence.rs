@@ -7,63 +7,136 @@
 //! kernels, Tierney 1994, Annals of Statistics 22, 1701).
 
 use nalgebra::{DMatrix, DVector};
-use rand::Rng;
 use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
 use rand_distr::{ChiSquared, Distribution, StandardNormal};
+use rayon::prelude::*;
 
-/// Degrees of freedom of the proposals.
-const FREEDOM: f64 = 8.0;
+use super::ridge::Ridge;
 
+/// Degrees of freedom of the proposals: along the ridge the target's tails are those of its prior, nearly.
+const FREEDOM: f64 = 20.0;
+
+/// Student's distribution in the coordinates of a ridge.
 #[derive(Debug, Clone)]
 pub struct Student {
+    ridge: Ridge,
     centre: DVector<f64>,
     /// Lower factor of its scale matrix.
     factor: DMatrix<f64>,
     squares: ChiSquared<f64>,
 }
 
+/// Effective draws for each coordinate from which on their moments count alone.
+const ENOUGH: f64 = 10.0;
+/// Factor on the covariance that draws estimate, which are few in the tails.
+const WIDENED: f64 = 1.3;
+
 /// One proposal of so many is a step from the present point.
-const LOCAL: usize = 3;
+const LOCAL: usize = 9;
 /// Its length along each coordinate, times the root of their number (Roberts, Gelman and Gilks 1997, Annals of Applied Probability 7,
 /// 110).
 const LOCAL_STEP: f64 = 2.38;
 
-/// A point in the coordinates in which the proposals are standard, with the logarithm of their density up to a constant.
+/// A point, and the coordinates in which the proposals are standard.
 #[derive(Clone)]
 struct ProposedPoint {
+    z: DVector<f64>,
     standard: DVector<f64>,
+    /// Logarithms of the proposals' density in these coordinates and of the volume there, each up to a constant.
     log_density: f64,
+    log_volume: f64,
+}
+
+impl ProposedPoint {
+    /// What is added to the logarithm of the target's density in the ratio of acceptance: the volume, and for a point drawn by itself
+    /// the density of the proposals, which is the same both ways for a step.
+    fn log_weight(&self, local: bool) -> f64 {
+        self.log_volume - if local { 0.0 } else { self.log_density }
+    }
 }
 
 impl Student {
-    /// Around a point, with a scale matrix; `None` if that is not positive definite.
-    pub fn new(centre: DVector<f64>, scale: DMatrix<f64>) -> Option<Self> {
+    /// Standard in the coordinates of a ridge.
+    pub fn along(ridge: Ridge) -> Option<Self> {
+        let n = ridge.dimensions();
+        Self::new(ridge, DVector::zeros(n), DMatrix::identity(n, n))
+    }
+
+    /// Around a point of these coordinates, with a scale matrix; `None` if that is not positive definite.
+    pub fn new(ridge: Ridge, centre: DVector<f64>, scale: DMatrix<f64>) -> Option<Self> {
         let squares = ChiSquared::new(FREEDOM).ok()?;
-        Some(Self { centre, factor: scale.cholesky()?.unpack(), squares })
+        Some(Self { ridge, centre, factor: scale.cholesky()?.unpack(), squares })
+    }
+
+    /// The same with the moments of the target as `count` draws weighed by importance estimate them; weights are truncated (Ionides
+    /// 2008, Journal of Computational and Graphical Statistics 17, 295). `None` if the density is zero at all of them.
+    pub fn matched<T>(
+        &self,
+        target: &(impl Fn(&DVector<f64>) -> Option<(f64, T)> + Sync),
+        count: usize,
+        seed: u64,
+    ) -> Option<Self> {
+        let draw = |k: usize| {
+            let mut random = StdRng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(k as u64));
+            let point = self.draw(1.0, &mut random)?;
+            let (height, _) = target(&point.z)?;
+            Some((self.coordinates(&point.standard), height + point.log_weight(false)))
+        };
+        let drawn: Vec<(DVector<f64>, f64)> = (0..count).into_par_iter().filter_map(draw).collect();
+        let most = drawn.iter().map(|(_, log)| *log).fold(f64::NEG_INFINITY, f64::max);
+        let mean = drawn.iter().map(|(_, log)| (log - most).exp()).sum::<f64>() / count as f64;
+        let weigh = |log: f64| ((log - most).exp() / mean).min((count as f64).sqrt());
+        let sum: f64 = drawn.iter().map(|(_, log)| weigh(*log)).sum();
+        let weighed = || drawn.iter().map(|(s, log)| (s, weigh(*log) / sum));
+        let n = self.centre.len();
+        let mean = weighed().fold(DVector::zeros(n), |sum, (s, share)| sum + s * share);
+        let mut covariance = DMatrix::zeros(n, n);
+        for (s, share) in weighed() {
+            let off = s - &mean;
+            covariance.ger(share, &off, &off, 1.0);
+        }
+        // moments count as far as the draws are worth enough samples for them
+        let effective = weighed().map(|(_, share)| share * share).sum::<f64>().recip();
+        let trusted = (effective / (ENOUGH * n as f64)).min(1.0);
+        let before = &self.factor * self.factor.transpose();
+        let skewness = |i: usize| {
+            let cubes: f64 = weighed().map(|(s, share)| (s[i] - mean[i]).powi(3) * share).sum();
+            trusted * cubes / covariance[(i, i)].powf(1.5)
+        };
+        let skewness: Vec<f64> = (0..n).map(skewness).collect();
+        Self::new(
+            self.ridge.clone().with_skewness(&skewness),
+            mean * trusted + &self.centre * (1.0 - trusted),
+            covariance * (WIDENED * trusted) + before * (1.0 - trusted),
+        )
     }
 
     /// A point drawn with the scale times `width`; the density is that at width one.
-    fn draw(&self, width: f64, random: &mut StdRng) -> ProposedPoint {
+    fn draw(&self, width: f64, random: &mut StdRng) -> Option<ProposedPoint> {
         let shrunk = (self.squares.sample(random) / FREEDOM).sqrt();
-        self.point(DVector::from_fn(self.centre.len(), |_, _| {
+        let standard = DVector::from_fn(self.centre.len(), |_, _| {
             width * random.sample::<f64, _>(StandardNormal) / shrunk
-        }))
+        });
+        self.point(standard)
     }
 
     /// A point drawn around another.
-    fn draw_near(&self, from: &ProposedPoint, random: &mut StdRng) -> ProposedPoint {
+    fn draw_near(&self, from: &ProposedPoint, random: &mut StdRng) -> Option<ProposedPoint> {
         let length = LOCAL_STEP / (self.centre.len() as f64).sqrt();
         self.point(from.standard.map(|s| s + length * random.sample::<f64, _>(StandardNormal)))
     }
 
-    fn point(&self, standard: DVector<f64>) -> ProposedPoint {
-        let n = standard.len() as f64;
-        let log_density = -0.5 * (FREEDOM + n) * (standard.norm_squared() / FREEDOM).ln_1p();
-        ProposedPoint { standard, log_density }
+    /// Of the ridge, from those in which the proposals are standard.
+    fn coordinates(&self, standard: &DVector<f64>) -> DVector<f64> {
+        &self.centre + &self.factor * standard
     }
 
-    fn x(&self, point: &ProposedPoint) -> DVector<f64> {
-        &self.centre + &self.factor * &point.standard
+    fn point(&self, standard: DVector<f64>) -> Option<ProposedPoint> {
+        let n = standard.len() as f64;
+        let log_density = -0.5 * (FREEDOM + n) * (standard.norm_squared() / FREEDOM).ln_1p();
+        let (z, log_volume) = self.ridge.point(&self.coordinates(&standard))?;
+        Some(ProposedPoint { z, standard, log_density, log_volume })
     }
 }
 
@@ -91,8 +164,8 @@ impl<T> Walker<T> {
     ) -> Option<Self> {
         const TRIES: usize = 100;
         (0..TRIES).find_map(|_| {
-            let point = proposals.draw(width, &mut random);
-            let (height, at) = target(&proposals.x(&point))?;
+            let point = proposals.draw(width, &mut random)?;
+            let (height, at) = target(&point.z)?;
             Some(Self { random: random.clone(), point, height, at, accepted: 0, proposed: 0 })
         })
     }
@@ -113,10 +186,9 @@ impl<T> Walker<T> {
                 proposals.draw(1.0, &mut self.random)
             };
             let lot = self.random.random_range(f64::MIN_POSITIVE..1.0).ln();
-            // of the proposal densities there and back, which are equal for a step
-            let log_ratio = if local { 0.0 } else { self.point.log_density - drawn.log_density };
-            if let Some((height, at)) = target(&proposals.x(&drawn))
-                && height - self.height + log_ratio >= lot
+            if let Some(drawn) = drawn
+                && let Some((height, at)) = target(&drawn.z)
+                && height - self.height + drawn.log_weight(local) - self.point.log_weight(local) >= lot
             {
                 (self.height, self.point, self.at) = (height, drawn, at);
                 self.accepted += 1;
@@ -136,7 +208,6 @@ impl<T> Walker<T> {
 mod tests {
     use super::*;
     use crate::track::bayes::sampling::Quality;
-    use rand::SeedableRng;
 
     /// A Gaussian of means 1 and −2, standard deviations 1 and 0.2, correlated by 0.9.
     fn target(x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
@@ -144,11 +215,17 @@ mod tests {
         Some((-0.5 * (a * a - 2.0 * rho * a * b + b * b) / (1.0 - rho * rho), x.clone()))
     }
 
+    /// Coordinates that do not bend.
+    fn straight(dimensions: usize) -> Ridge {
+        let identity = DMatrix::identity(dimensions, dimensions);
+        Ridge::new(DVector::zeros(dimensions), &identity, |_| Some(identity.clone())).unwrap()
+    }
+
     #[test]
     fn gaussian_moments_are_recovered_with_offset_proposals() {
         let centre = DVector::from_vec(vec![0.6, -2.1]);
         let scale = DMatrix::from_row_slice(2, 2, &[1.3, 0.15, 0.15, 0.05]);
-        let proposals = Student::new(centre, scale).unwrap();
+        let proposals = Student::new(straight(2), centre, scale).unwrap();
         let chain = |seed: u64| {
             let mut walker = Walker::start(&proposals, 2.0, StdRng::seed_from_u64(seed), &target).unwrap();
             let mut seen: Vec<DVector<f64>> = Vec::new();
@@ -174,7 +251,7 @@ mod tests {
     #[test]
     fn chain_never_visits_points_of_zero_density() {
         let above = |x: &DVector<f64>| (x[0] > 0.0).then(|| (-0.5 * x[0] * x[0], x[0]));
-        let proposals = Student::new(DVector::zeros(1), DMatrix::identity(1, 1)).unwrap();
+        let proposals = Student::along(straight(1)).unwrap();
         let mut walker = Walker::start(&proposals, 2.0, StdRng::seed_from_u64(1), &above).unwrap();
         let (mut sum, mut least) = (0.0, f64::INFINITY);
         walker.go(&proposals, 20_000, &above, &mut |x, _| {

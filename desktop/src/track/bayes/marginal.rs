@@ -14,6 +14,7 @@ use rand::rngs::StdRng;
 use rand_distr::StandardNormal;
 
 use super::independence::Student;
+use super::ridge::Ridge;
 use crate::fit::descent::{Objective, Stop, descend};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
@@ -90,19 +91,9 @@ impl<'a> Marginal<'a> {
         Some(Self { days, centre: before.logs.clone(), factor, unbalance, planes })
     }
 
-    pub fn centre(&self) -> &[f64] {
-        &self.centre
-    }
-
     /// Coordinates of bearings whose logarithms differ from the mean by `off`.
     pub fn coordinates(&self, off: &[f64]) -> Option<DVector<f64>> {
         self.factor.solve_lower_triangular(&DVector::from_column_slice(off))
-    }
-
-    /// A covariance of logarithms in these coordinates.
-    pub fn whitened(&self, covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let half = self.factor.solve_lower_triangular(covariance)?;
-        self.factor.solve_lower_triangular(&half.transpose())
     }
 
     fn logs(&self, z: &DVector<f64>) -> Logs {
@@ -155,7 +146,7 @@ impl<'a> Marginal<'a> {
         Some((sizes - 0.5 * (misfit + z.norm_squared()) - given.log_det(), given))
     }
 
-    /// Proposals around the mode, with the density's curvature there. The mode is the best of searches from `starts`,
+    /// Proposals along the ridge through the mode. The mode is the best of searches from `starts`,
     /// logarithms relative to the prior's mean.
     pub fn proposals(&self, starts: &[Logs]) -> Option<Student> {
         let from = |start: &Logs| {
@@ -165,8 +156,12 @@ impl<'a> Marginal<'a> {
             Some((height, profile))
         };
         let (_, mut best) = starts.iter().filter_map(from).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let (gram, _) = best.normal_equations()?;
-        Student::new(best.z, gram.try_inverse()?)
+        let mode = best.z.clone();
+        let curvature = |z: &DVector<f64>| {
+            best.move_to(z);
+            Some(best.normal_equations()?.0)
+        };
+        Student::along(Ridge::new(mode, &self.factor, curvature)?)
     }
 }
 

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `days` | the two loops: every day, and in the whole range after a flag |
 //! | `marginal` | posterior of the bearings with the unbalance integrated out |
+//! | `ridge` | coordinates that follow the curved ridge of that posterior |
 //! | `independence`, `chains` | the sampler; its chains from dispersed starts, run until they converge |
 //! | [`sampling`] | samples and their convergence |
 //! | `paper`, `paper_posterior`, `random_walk` | the method as published |
@@ -15,4 +16,5 @@ mod marginal;
 mod paper;
 mod paper_posterior;
 mod random_walk;
+mod ridge;
 pub mod sampling;
