@@ -14,7 +14,7 @@ import numpy as np
 from . import _native, tables
 
 FilePath = str | os.PathLike[str]
-TEXTS = ("run", "time")
+TEXTS = ("run", "session", "time")
 """Columns that hold no numbers."""
 
 
@@ -60,9 +60,9 @@ class Measurement:
     """1x vibration, a row a reading, as ``u(t) = cos · cos Ωt + sin · sin Ωt`` zero to peak, t = 0 at the keyphasor's mark."""
 
     columns: Mapping[str, np.ndarray]
-    """``run`` and ``time_d`` (days) if there are any, ``speed_rpm``, then ``<probe>_cos_um`` and ``<probe>_sin_um`` of every
-    probe (µm), perhaps ``<probe>_gap_v`` (V) and conditions of operation such as ``load_mw``; a lost reading is not a
-    number."""
+    """``run``, ``session`` and ``time_d`` (days) if there are any, ``speed_rpm``, then ``<probe>_cos_um`` and
+    ``<probe>_sin_um`` of every probe (µm), perhaps ``<probe>_gap_v`` (V) and conditions of operation such as ``load_mw``; a
+    lost reading is not a number."""
 
     def __getitem__(self, column: str) -> np.ndarray:
         return self.columns[column]

@@ -9,6 +9,7 @@ use std::path::Path;
 use nalgebra::Complex;
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use rotor_edge_desktop::balance::estimate::sessions::SessionSource;
 use rotor_edge_desktop::balance::estimate::{EstimateOptions, RunEstimate, RunEstimates, estimate};
 use rotor_edge_desktop::diagnose::{DiagnosisVerdict, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::Rotor;
@@ -137,6 +138,38 @@ fn leave_one_out_finds_weights_and_refutes_impossible_ones() {
     assert!((0.90..=0.98).contains(&kept.share_held()), "{kept}");
     let [slow, fast] = [0, 1].map(|i| found.determined.conditions[i].condition);
     assert!((16.0..19.0).contains(&slow) && (23.0..26.0).contains(&fast), "{slow} and {fast}");
+}
+
+#[test]
+fn intervals_hold_for_conditions_of_a_later_session() {
+    let (rotor, readings) = rig();
+    let truth = truths(&rotor, &readings);
+    let names: Vec<&str> = truth.keys().map(String::as_str).collect();
+    // each quarter of the conditions in their order, and the first of the three series by itself, as a session that comes later
+    let quarters = (0..4).map(|i| names[i * names.len() / 4..(i + 1) * names.len() / 4].to_vec());
+    let series: Vec<&str> = names.iter().copied().filter(|run| run.starts_with('A')).collect();
+    let held = |later: &[&str]| {
+        let some = knowing(&rotor, |run| !later.contains(&run));
+        let found = estimate(&some, &readings, &EstimateOptions::default()).unwrap();
+        assert_eq!(found.sessions.source, SessionSource::Blocks);
+        let [with, without] = found.sessions.half_width_g_mm.unwrap();
+        assert!(with > without, "{with} and {without}");
+        let mut errors = Errors::default();
+        for e in found.runs.iter().filter(|e| later.contains(&e.run.as_str())) {
+            if !IMPOSSIBLE.contains(&e.run.as_str()) {
+                errors.add_estimate(&truth[&e.run], e);
+            }
+        }
+        errors
+    };
+    let mut all = Errors::default();
+    for quarter in quarters {
+        all.held.extend(held(&quarter).held);
+    }
+    let first = held(&series);
+    println!("quarters {:.3}; the first series {first}", all.share_held());
+    assert!((0.90..=0.98).contains(&all.share_held()), "{}", all.share_held());
+    assert!((0.90..=0.98).contains(&first.share_held()), "{first}");
 }
 
 /// The rig and its readings with these conditions alone.

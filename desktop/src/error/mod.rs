@@ -204,6 +204,12 @@ pub enum Error {
     /// A reading, counted from 1, names no run.
     #[error("reading {reading} names no run, expected a column run")]
     ReadingWithoutRun { reading: usize },
+    /// The readings of a run state two sessions.
+    #[error(
+        "run \"{run}\" is in session \"{}\" and in session \"{}\", expected one session; give the runs different names",
+        .sessions[0], .sessions[1]
+    )]
+    RunInTwoSessions { run: String, sessions: [String; 2] },
     /// A weight of a run is in no plane.
     #[error("run \"{run}\" has a weight at {position_m} m, where the rotor's file has no [[plane]]")]
     WeightOutsidePlanes { run: String, position_m: f64 },

@@ -1,6 +1,6 @@
 //! Measured 1x vibration: the contents of `measured.csv`.
 //!
-//! Columns `run` (optional), `time_d` (optional), `speed_rpm`, then `<probe>_cos_um` and
+//! Columns `run` (optional), `session` (optional), `time_d` (optional), `speed_rpm`, then `<probe>_cos_um` and
 //! `<probe>_sin_um` for every probe: zero-to-peak, `u(t) = cos · cos Ωt + sin · sin Ωt`, t = 0 at the
 //! keyphasor mark; and `<probe>_gap_v` (optional), the probe's mean voltage. Conditions of operation are columns whose names end with
 //! their units ([`ConditionUnit`]). An empty cell is a lost reading of that probe or condition.

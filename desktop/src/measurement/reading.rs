@@ -10,6 +10,8 @@ pub struct Reading {
     pub row: Option<usize>,
     /// Name of the run, if the file has them.
     pub run: Option<String>,
+    /// Name of the session that the run was measured in, if the file states it.
+    pub session: Option<String>,
     /// Days since the record began, if the file has them.
     pub time_d: Option<f64>,
     pub speed_rpm: f64,

@@ -29,6 +29,7 @@ pub fn text_of(path: &Path) -> Result<(String, String), Error> {
 
 struct Columns {
     run: Option<usize>,
+    session: Option<usize>,
     time_d: Option<usize>,
     speed_rpm: usize,
     probes: Vec<[usize; 2]>,
@@ -86,6 +87,7 @@ impl Columns {
         let time_d = times.iter().find_map(|name| place(name));
         let mut columns = Self {
             run: place("run"),
+            session: place("session"),
             time_d,
             speed_rpm,
             probes,
@@ -103,7 +105,8 @@ impl Columns {
         for (i, name) in headers.iter().enumerate().filter(|(_, name)| !is_of_unused(name)) {
             let gaps = columns.gaps.iter().flatten();
             let known = columns.probes.iter().flatten().chain([&columns.speed_rpm]).chain(gaps);
-            if known.chain(columns.run.iter()).chain(columns.time_d.iter()).any(|k| *k == i) {
+            let of_row = [columns.run, columns.session, columns.time_d];
+            if known.chain(of_row.iter().flatten()).any(|k| *k == i) {
                 continue;
             }
             let wrong = |what: String| Error::measurement(file, "header", what);
@@ -349,11 +352,21 @@ fn row(
         day_of(cell, number(column), rules, |what| Error::measurement(file, at(name_of(column)), what))
     };
     let time_d = columns.time_d.map(day).transpose()?;
-    let run = columns.run.and_then(|c| record.get(c)).map(|s| spreadsheet::name(s.trim()).to_string());
-    if run.iter().any(|run| run.contains(char::is_control)) {
-        return Err(Error::measurement(file, at("run"), "a name must not hold control characters"));
+    let name =
+        |column, of| name_of_cell(record, column).map_err(|what| Error::measurement(file, at(of), what));
+    let run = name(columns.run, "run")?;
+    let session = name(columns.session, "session")?.filter(|session| !session.is_empty());
+    let row = usize::try_from(line).ok();
+    Ok(Some(Reading { row, run, session, time_d, speed_rpm, probes, gaps_v, conditions }))
+}
+
+/// The name in a cell of this column.
+fn name_of_cell(record: &csv::StringRecord, column: Option<usize>) -> Result<Option<String>, &'static str> {
+    let cell = column.and_then(|c| record.get(c)).map(|s| spreadsheet::name(s.trim()).to_string());
+    match cell.iter().any(|name| name.contains(char::is_control)) {
+        true => Err("a name must not hold control characters"),
+        false => Ok(cell),
     }
-    Ok(Some(Reading { row: usize::try_from(line).ok(), run, time_d, speed_rpm, probes, gaps_v, conditions }))
 }
 
 /// The conditions of operation of a row, by the `number` of each column; `wrong` tells what is amiss with a column.

@@ -64,11 +64,13 @@ fn write_numbers(
     volts: impl Fn(f64) -> String,
 ) -> Result<(), csv::Error> {
     let with_run = readings.iter().any(|r| r.run.is_some());
+    let with_session = readings.iter().any(|r| r.session.is_some());
     let with_gaps = readings.iter().any(|r| !r.gaps_v.is_empty());
     let with_time = readings.iter().any(|r| r.time_d.is_some());
     let mut writer = csv::Writer::from_writer(out);
     let mut header: Vec<String> = Vec::new();
     header.extend(with_run.then(|| "run".into()));
+    header.extend(with_session.then(|| "session".into()));
     header.extend(with_time.then(|| "time_d".into()));
     header.push("speed_rpm".into());
     let names: Vec<_> = probes.iter().map(|name| spreadsheet::cell(name.as_ref())).collect();
@@ -82,7 +84,10 @@ fn write_numbers(
     writer.write_record(&header)?;
     for r in readings {
         let mut cells: Vec<String> = Vec::new();
-        cells.extend(with_run.then(|| spreadsheet::cell(r.run.as_deref().unwrap_or_default()).into_owned()));
+        let name =
+            |name: &Option<String>| spreadsheet::cell(name.as_deref().unwrap_or_default()).into_owned();
+        cells.extend(with_run.then(|| name(&r.run)));
+        cells.extend(with_session.then(|| name(&r.session)));
         cells.extend(with_time.then(|| r.time_d.map_or(String::new(), |t| t.to_string())));
         cells.push(r.speed_rpm.to_string());
         for y in &r.probes {

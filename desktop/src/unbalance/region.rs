@@ -95,11 +95,15 @@ impl UnbalanceRegion {
         [along, along * C::i()].map(|d| vector_95(self.freedom) * self.sd_along_g_mm(d))
     }
 
+    /// 95 % half-width of the magnitude by itself, g·mm.
+    pub fn half_width_95_g_mm(&self) -> f64 {
+        component_95(self.freedom) * self.sd_along_g_mm(self.direction())
+    }
+
     /// 95 % interval of the magnitude by itself, along the direction of the estimate, g·mm; from zero where the ellipse holds
     /// the origin.
     pub fn magnitude_95_g_mm(&self) -> [f64; 2] {
-        let size = self.unbalance_g_mm.norm();
-        let half = component_95(self.freedom) * self.sd_along_g_mm(self.direction());
+        let (size, half) = (self.unbalance_g_mm.norm(), self.half_width_95_g_mm());
         let low = if self.holds(C::from(0.0)) { 0.0 } else { (size - half).max(0.0) };
         [low, size + half]
     }

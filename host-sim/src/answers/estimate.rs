@@ -1,6 +1,7 @@
 //! Answer of `estimate`.
 
 use nalgebra::Complex;
+use rotor_edge_desktop::balance::estimate::sessions::{SessionReport, SessionSource};
 use rotor_edge_desktop::balance::estimate::{RefutedWeights, RunEstimate, RunEstimates};
 use rotor_edge_desktop::unbalance::G_MM;
 use rotor_edge_desktop::unbalance::region::UnbalanceRegion;
@@ -15,6 +16,7 @@ pub struct EstimatesAnswer {
     pub estimates: Vec<RunEstimateAnswer>,
     pub condition: Vec<ConditionAnswer>,
     pub determined: PlanesDetermined,
+    pub sessions: SessionsAnswer,
     pub refuted_runs: Vec<RefutedWeightsAnswer>,
     pub remarks: Vec<String>,
     /// Names of the planes.
@@ -52,6 +54,8 @@ pub struct InfluenceAnswer {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunEstimateAnswer {
     pub run: String,
+    /// As the measurement states it.
+    pub session: Option<String>,
     pub speed_rpm: Vec<f64>,
     pub planes: Vec<EstimatedPlane>,
     pub influence: InfluenceAnswer,
@@ -72,6 +76,26 @@ pub struct ConditionAnswer {
 pub struct PlanesDetermined {
     pub poorly: bool,
     pub worst_sd_g_mm: Option<f64>,
+    pub words: Vec<String>,
+}
+
+/// Sessions of measurement, and how far base and scale shift between them (standard deviations).
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SessionsAnswer {
+    /// `stated`, by `pauses` between times, by `blocks` of consecutive runs, or one session `assumed`.
+    pub source: &'static str,
+    /// Sessions or blocks with stated weights that the shift is learned from; of one it is assumed.
+    pub learned_from: usize,
+    /// Runs that count as new sessions.
+    pub new_runs: usize,
+    /// Shift of the base, in units of the scatter between mountings.
+    pub base_shift: f64,
+    /// Shift of the scale of a plane, relative.
+    pub scale_shift: f64,
+    /// Mean 95 % half-width of the new runs, g·mm; none without new runs.
+    pub half_width_g_mm: Option<f64>,
+    /// The same if they were of the session of the base run.
+    pub half_width_same_session_g_mm: Option<f64>,
     pub words: Vec<String>,
 }
 
@@ -102,6 +126,7 @@ impl EstimatesAnswer {
                 worst_sd_g_mm: finite(found.determined.worst_sd_g_mm),
                 words: found.determined.words.clone(),
             },
+            sessions: SessionsAnswer::of(&found.sessions),
             refuted_runs: found.refuted.iter().map(|r| RefutedWeightsAnswer::of(r, planes)).collect(),
             remarks: found.remarks.clone(),
             planes: planes.iter().map(ToString::to_string).collect(),
@@ -117,10 +142,31 @@ fn points(unbalance_g_mm: &[Complex<f64>], planes: &[&str]) -> Vec<PlaneUnbalanc
     unbalance_g_mm.iter().zip(planes).map(|(u, name)| PlaneUnbalance::of(name, *u / G_MM)).collect()
 }
 
+impl SessionsAnswer {
+    fn of(found: &SessionReport) -> Self {
+        Self {
+            source: match found.source {
+                SessionSource::Stated => "stated",
+                SessionSource::Pauses => "pauses",
+                SessionSource::Blocks => "blocks",
+                SessionSource::Assumed => "assumed",
+            },
+            learned_from: found.between.sessions,
+            new_runs: found.new_runs,
+            base_shift: found.between.base,
+            scale_shift: found.between.scale,
+            half_width_g_mm: found.half_width_g_mm.map(|[with, _]| with),
+            half_width_same_session_g_mm: found.half_width_g_mm.map(|[_, without]| without),
+            words: found.words.clone(),
+        }
+    }
+}
+
 impl RunEstimateAnswer {
     fn of(e: &RunEstimate, planes: &[&str]) -> Self {
         Self {
             run: e.run.clone(),
+            session: e.session.clone(),
             speed_rpm: e.speeds_rpm.clone(),
             planes: e.planes.iter().zip(planes).map(|(p, name)| EstimatedPlane::of(p, name)).collect(),
             influence: InfluenceAnswer { planes: e.influence_g_mm.as_deref().map(|u| points(u, planes)) },

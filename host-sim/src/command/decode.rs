@@ -124,6 +124,7 @@ fn readings(recorded: &[Timed<reading::Reading>], start_us: u64, name: &str) -> 
         Reading {
             row: None,
             run: None,
+            session: None,
             // to a microsecond and no further
             time_d: Some((time_d * 1e11).round() / 1e11),
             speed_rpm: shortest(timed.what.speed_rpm),

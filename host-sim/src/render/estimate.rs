@@ -41,7 +41,7 @@ fn legend(answer: &EstimatesAnswer) -> String {
     )
 }
 
-/// Conditions, what the data determine, weights that cannot be true, remarks.
+/// Conditions, what the data determine, sessions, weights that cannot be true, remarks.
 fn lines(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
     let determined = answer.determined.words.iter().cloned();
     let refuted = answer.refuted_runs.iter().map(|r| {
@@ -53,7 +53,12 @@ fn lines(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
             placed(&r.found)
         )
     });
-    std::iter::once(conditions(answer)).chain(determined).chain(refuted).chain(answer.remarks.iter().cloned())
+    let sessions = answer.sessions.words.iter().cloned();
+    std::iter::once(conditions(answer))
+        .chain(determined)
+        .chain(sessions)
+        .chain(refuted)
+        .chain(answer.remarks.iter().cloned())
 }
 
 fn conditions(answer: &EstimatesAnswer) -> String {

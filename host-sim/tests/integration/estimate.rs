@@ -87,3 +87,49 @@ fn what_cannot_be_estimated_is_refused_in_one_sentence() {
     let elsewhere = written(&folder, "elsewhere.toml", &elsewhere);
     assert_says(&refusal(&["estimate", &elsewhere, &data]), &["at 0.2 m", "no [[plane]]"]);
 }
+
+/// The data of the rig with the session of each run, by its name.
+fn with_sessions(folder: &TempDir, session: impl Fn(&str) -> &'static str) -> String {
+    let text = read("measured.csv");
+    let mut lines = text.lines();
+    let mut all = lines.next().unwrap().replacen("run,", "run,session,", 1) + "\n";
+    for line in lines {
+        let (run, rest) = line.split_once(',').unwrap();
+        all += &format!("{run},{},{rest}\n", session(run));
+    }
+    written(folder, "sessions.csv", &all)
+}
+
+#[test]
+fn stated_sessions_are_told_and_their_shift_is_learned() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = with_sessions(&folder, |run| match run {
+        run if run.starts_with('A') => "first",
+        "C004" => "laetr",
+        _ => "later",
+    });
+    let names: Vec<String> = (1..=48).flat_map(|k| [format!("A{k:03}"), format!("B{k:03}")]).collect();
+    let known: Vec<&str> = names.iter().map(String::as_str).chain(["BASE"]).collect();
+    let [rotor, _] = with_runs(&folder, &known);
+    let all = json(&rotor_edge(&["estimate", &rotor, &data, "--trust-weights", "--json"]));
+    let sessions = &all["sessions"];
+    assert_eq!((sessions["source"].as_str(), sessions["learned_from"].as_u64()), (Some("stated"), Some(2)));
+    assert_eq!(sessions["new_runs"], 1, "C004 alone is of no session with stated weights");
+    assert!(sessions["words"][0].as_str().unwrap().contains("Session laetr has no run with stated weights"));
+    let of =
+        |run: &str| all["estimates"].as_array().unwrap().iter().find(|e| e["run"] == run).unwrap().clone();
+    assert_eq!(
+        (of("C003")["session"].as_str(), of("A001")["session"].as_str()),
+        (Some("later"), Some("first"))
+    );
+}
+
+#[test]
+fn run_in_two_sessions_is_refused_with_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let data = with_sessions(&folder, |_| "first");
+    let text = std::fs::read_to_string(&data).unwrap().replacen("A005,first", "A005,second", 1);
+    let data = written(&folder, "twice.csv", &text);
+    let said = refusal(&["estimate", &rig("rotor.toml"), &data]);
+    assert_says(&said, &["twice.csv", "run \"A005\"", "\"second\"", "\"first\"", "one session"]);
+}

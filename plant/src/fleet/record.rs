@@ -93,6 +93,7 @@ fn reading(row: &Row, probes: usize, from_us: i64) -> Result<Option<Reading>> {
     Ok(Some(Reading {
         row: None,
         run: None,
+        session: None,
         time_d: Some(time_d),
         speed_rpm,
         probes: phasors,

@@ -42,6 +42,8 @@ class RunEstimate(Record):
     """A run beyond the base run."""
 
     run: str
+    session: str | None
+    """As the measurement states it."""
     speed_rpm: Array
     planes: tuple[EstimatedPlane, ...]
     influence: Influence
@@ -69,6 +71,27 @@ class PlanesDetermined(Record):
 
 
 @dataclass(frozen=True, eq=False)
+class Sessions(Record):
+    """Sessions of measurement, and how far base and scale shift between them (standard deviations)."""
+
+    source: str
+    """`stated`, by `pauses` between times, by `blocks` of consecutive runs, or one session `assumed`."""
+    learned_from: int
+    """Sessions or blocks with stated weights that the shift is learned from; of one it is assumed."""
+    new_runs: int
+    """Runs that count as new sessions."""
+    base_shift: float
+    """Shift of the base, in units of the scatter between mountings."""
+    scale_shift: float
+    """Shift of the scale of a plane, relative."""
+    half_width_g_mm: float | None
+    """Mean 95 % half-width of the new runs, g·mm; none without new runs."""
+    half_width_same_session_g_mm: float | None
+    """The same if they were of the session of the base run."""
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class RefutedWeights(Record):
     """A run whose stated weights cannot be true."""
 
@@ -86,5 +109,6 @@ class Estimates(Answer):
     estimates: tuple[RunEstimate, ...]
     condition: tuple[Condition, ...]
     determined: PlanesDetermined
+    sessions: Sessions
     refuted_runs: tuple[RefutedWeights, ...]
     remarks: tuple[str, ...]

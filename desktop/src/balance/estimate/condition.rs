@@ -52,7 +52,7 @@ pub struct ConditionReport {
 }
 
 impl ConditionReport {
-    /// From the learned influence.
+    /// From the learned influence, for a run in this session.
     ///
     /// # Errors
     /// If a covariance is singular.
@@ -62,6 +62,7 @@ impl ConditionReport {
         mountings: &Mountings,
         learned: &LearnedInfluence,
         largest_g_mm: f64,
+        session: Option<usize>,
     ) -> Result<Self, Error> {
         let (rows, probes, planes) = (mountings.rows(), mountings.probes, rotor.plane.len());
         let mut conditions = Vec::new();
@@ -69,7 +70,8 @@ impl ConditionReport {
             conditions.push(condition(learned, s * probes..(s + 1) * probes, Some(rpm(*speed)))?);
         }
         conditions.push(condition(learned, 0..rows, None)?);
-        let WorstDirection { sd_g_mm, by_influence } = worst(learned, rows, planes, largest_g_mm)?;
+        let WorstDirection { sd_g_mm, by_influence } =
+            worst(learned, &MountingComponents::complete(rows, session), planes, largest_g_mm)?;
         let separation = PlaneSeparation::of_influence(learned.influence());
         let (all, alike) = (separation.condition, separation.acts_alike());
         let poorly = alike || sd_g_mm > POOR * largest_g_mm;
@@ -117,12 +119,11 @@ struct WorstDirection {
 
 fn worst(
     learned: &LearnedInfluence,
-    rows: usize,
+    everything: &MountingComponents,
     planes: usize,
     largest_g_mm: f64,
 ) -> Result<WorstDirection, Error> {
-    let everything = MountingComponents::complete(rows);
-    let known = learned.predict(&everything, &vec![C::from(largest_g_mm); planes], false);
+    let known = learned.predict(everything, &vec![C::from(largest_g_mm); planes], false);
     let noise = factor(known.covariance)?;
     let weighted = noise.solve(&known.per_weight);
     let precision = known.per_weight.tr_mul(&weighted);

@@ -1,7 +1,7 @@
 //! Influence of the planes learned from runs with stated weights.
 //!
-//! At every row `Y = Y₀ + H (U + δ) + ε`: U the stated weights, δ how far they are off in proportion to their size, ε what
-//! differs between mountings. Y₀ and H are Gaussian, their prior that of the model; sizes of δ and ε, and of the model's
+//! At every row `Y = Y₀ + H (U + δ) + ε`, plus the [`shift`](super::shift) of a session: U the stated weights, δ how far they are
+//! off in proportion to their size, ε what differs between mountings. Y₀ and H are Gaussian, their prior that of the model; sizes of δ and ε, and of the model's
 //! discrepancy, are those that make the runs most probable (expectation and maximisation: Dempster, Laird and Rubin 1977).
 
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
@@ -9,6 +9,8 @@ use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 use super::mounting::{Mounting, Mountings};
 use super::prior::LinearInfluence;
 use super::scatter::{GUESS_WEIGHT, ScatterStructure, circular, real};
+use super::sessions::Sessions;
+use super::shift::{SessionEffect, SessionRuns, SessionScatter, shift_design};
 use crate::balance::influence::regression::{InfluencePosterior, Regression, design, factor};
 use crate::error::Error;
 
@@ -32,15 +34,23 @@ pub struct MountingComponents {
     pub y: DVector<f64>,
     /// Variance of the mean of the repeats.
     repeat: DVector<f64>,
+    /// Number of its session among those with stated weights; `None` for another.
+    pub session: Option<usize>,
 }
 
 impl MountingComponents {
-    /// A mounting of which everything is measured without end, and nothing moves.
-    pub fn complete(rows: usize) -> Self {
-        Self { at: (0..2 * rows).collect(), y: DVector::zeros(2 * rows), repeat: DVector::zeros(2 * rows) }
+    /// A mounting in this session of which everything is measured without end, and nothing moves.
+    pub fn complete(rows: usize, session: Option<usize>) -> Self {
+        let none = DVector::zeros(2 * rows);
+        Self { at: (0..2 * rows).collect(), y: none.clone(), repeat: none, session }
     }
 
-    fn of(m: &Mounting, repeat_variance: &DVector<f64>) -> Self {
+    /// The same mounting as if it were of this session.
+    pub fn of_session(self, session: Option<usize>) -> Self {
+        Self { session, ..self }
+    }
+
+    fn of(m: &Mounting, repeat_variance: &DVector<f64>, session: Option<usize>) -> Self {
         let rows = m.phasors.len();
         let at: Vec<usize> = (0..2 * rows).filter(|i| m.phasors[i % rows].is_some()).collect();
         let value = |i: usize| {
@@ -52,6 +62,7 @@ impl MountingComponents {
             y: DVector::from_iterator(at.len(), at.iter().map(|i| value(*i))),
             repeat: DVector::from_iterator(at.len(), at.iter().map(|i| repeat(*i))),
             at,
+            session,
         }
     }
 }
@@ -64,6 +75,9 @@ pub struct InfluenceLearner {
     linear: LinearInfluence,
     structure: ScatterStructure,
     largest_um: f64,
+    sessions: usize,
+    /// How far sessions differ where that is not learned.
+    pub between_sessions: Option<SessionScatter>,
 }
 
 #[derive(Debug, Clone)]
@@ -76,6 +90,12 @@ pub struct LearnedInfluence {
     pub parameters: DVector<f64>,
     /// Standard deviation of a weight, relative.
     pub placement: f64,
+    /// How far sessions differ.
+    pub between_sessions: SessionScatter,
+    /// Shift of each session.
+    effects: Vec<SessionEffect>,
+    /// Shift of a session without a run with stated weights.
+    of_another: SessionEffect,
     sizes: DVector<f64>,
     discrepancy: f64,
     mountings: f64,
@@ -98,18 +118,33 @@ impl LearnedInfluence {
         self.posterior.per_weight()
     }
 
+    fn effect(&self, session: Option<usize>) -> &SessionEffect {
+        session.map_or(&self.of_another, |s| &self.effects[s])
+    }
+
     /// What these weights do by the learned influence, and the covariance of a mounting's difference from it; `placed`
     /// whether the weights may be off by what stated weights are.
     pub fn predict(&self, seen: &MountingComponents, weights: &[C], placed: bool) -> MountingPrediction {
+        let influence = self.influence();
+        let effect = self.effect(seen.session);
+        let shift = shift_design(&influence, weights).select_rows(&seen.at);
         let design = design(weights, self.rows()).select_rows(&seen.at);
-        let mut covariance =
-            picked(&self.scatter, &seen.at) + &design * &self.posterior.covariance * design.transpose();
+        let followed = effect.followed(&design, &shift);
+        let between_sessions = &shift * &effect.covariance * shift.transpose();
+        let mut covariance = picked(&self.scatter, &seen.at)
+            + &followed * &self.posterior.covariance * followed.transpose()
+            + &between_sessions;
         covariance += DMatrix::from_diagonal(&seen.repeat);
-        let per_weight = real(&self.influence()).select_rows(&seen.at);
+        let shifted = effect.mean(&self.posterior);
+        let (n, planes) = (2 * self.rows(), weights.len());
+        let scale = |j: usize| C::new(1.0 + shifted[n + j], shifted[n + planes + j]);
+        let scaled = DMatrix::from_fn(n / 2, planes, |row, j| influence[(row, j)] * scale(j));
+        let per_weight = real(&scaled).select_rows(&seen.at);
         if placed {
             covariance += &per_weight * placement(weights, self.placement) * per_weight.transpose();
         }
-        MountingPrediction { mean: design * &self.posterior.mean, covariance, per_weight }
+        let mean = design * &self.posterior.mean + shift * shifted;
+        MountingPrediction { mean, covariance, between_sessions, per_weight }
     }
 }
 
@@ -119,6 +154,8 @@ pub struct MountingPrediction {
     pub mean: DVector<f64>,
     /// Covariance of the measurement minus `mean`, µm².
     pub covariance: DMatrix<f64>,
+    /// The part of it that the shift of the session adds, µm².
+    pub between_sessions: DMatrix<f64>,
     /// Components × real parts, then imaginary parts of the weights, µm per g·mm.
     pub per_weight: DMatrix<f64>,
 }
@@ -143,13 +180,19 @@ struct ExpectedSums {
 
 impl InfluenceLearner {
     /// Mountings of a machine near a point of its model.
-    pub fn new(mountings: &Mountings, linear: LinearInfluence, structure: ScatterStructure) -> Self {
+    pub fn new(
+        mountings: &Mountings,
+        sessions: &Sessions,
+        linear: LinearInfluence,
+        structure: ScatterStructure,
+    ) -> Self {
+        let components = |(m, session): (&Mounting, &Option<usize>)| {
+            MountingComponents::of(m, &mountings.repeat_variance, *session)
+        };
         Self {
-            seen: mountings
-                .runs
-                .iter()
-                .map(|m| MountingComponents::of(m, &mountings.repeat_variance))
-                .collect(),
+            seen: mountings.runs.iter().zip(&sessions.of).map(components).collect(),
+            sessions: sessions.count,
+            between_sessions: (sessions.count < 2).then_some(SessionScatter::GUESSED),
             stated: mountings.runs.iter().map(|m| m.stated.clone()).collect(),
             largest_um: mountings.levels_um().into_iter().fold(0.0, f64::max),
             linear,
@@ -168,9 +211,17 @@ impl InfluenceLearner {
         rounds: usize,
     ) -> Result<LearnedInfluence, Error> {
         let sizes = before.map_or_else(|| self.structure.guessed(), |b| b.sizes.clone());
+        let posterior = InfluencePosterior::known(&self.linear.influence);
+        let scatter = before.map_or_else(|| real(&self.structure.covariance(&sizes)), |b| b.scatter.clone());
+        let started = before.map_or(SessionScatter::GUESSED, |b| b.between_sessions);
+        let between_sessions = self.between_sessions.unwrap_or(started);
+        let another = self.no_runs(&between_sessions, &scatter, &posterior)?.effect(None)?;
         let mut learned = LearnedInfluence {
-            posterior: InfluencePosterior::known(&self.linear.influence),
-            scatter: before.map_or_else(|| real(&self.structure.covariance(&sizes)), |b| b.scatter.clone()),
+            posterior,
+            scatter,
+            between_sessions,
+            effects: vec![another.clone(); self.sessions],
+            of_another: another,
             parameters: self.linear.parameters.clone(),
             placement: before.map_or(PLACEMENT, |b| b.placement),
             sizes,
@@ -181,6 +232,15 @@ impl InfluenceLearner {
             self.round(&mut learned, shares)?;
         }
         Ok(learned)
+    }
+
+    fn no_runs(
+        &self,
+        sizes: &SessionScatter,
+        scatter: &DMatrix<f64>,
+        posterior: &InfluencePosterior,
+    ) -> Result<SessionRuns, Error> {
+        SessionRuns::none(sizes, scatter, posterior.planes(), posterior.mean.len())
     }
 
     /// Prior covariance of the influence.
@@ -194,7 +254,10 @@ impl InfluenceLearner {
         let mut regression = Regression::new(learned.rows(), learned.posterior.planes());
         let free = 1.0 / (BASE_SD * self.largest_um).powi(2);
         regression.add_prior(free, &self.linear.mean, &spread);
-        let per_weight = real(&learned.influence());
+        let influence = learned.influence();
+        let per_weight = real(&influence);
+        let no_runs = self.no_runs(&learned.between_sessions, &learned.scatter, &learned.posterior)?;
+        let mut sessions = vec![no_runs.clone(); self.sessions];
         let mut used = Vec::new();
         for (k, stated) in self.stated.iter().enumerate() {
             let (Some(weights), true) = (stated, shares[k] > 0.0) else { continue };
@@ -206,14 +269,25 @@ impl InfluenceLearner {
             covariance += &per_weight * &placed * per_weight.transpose();
             let inverse = factor(covariance)?.inverse();
             regression.add(&design, &inverse, &seen.y, shares[k]);
-            used.push((k, design, per_weight, placed, inverse));
+            let shift = shift_design(&influence, weights).select_rows(&seen.at);
+            if let Some(session) = seen.session {
+                sessions[session].add([&shift, &design], &inverse, &seen.y, shares[k]);
+            }
+            used.push((k, [design, shift], per_weight, placed, inverse));
         }
+        learned.effects =
+            sessions.into_iter().map(|s| s.effect(Some(&mut regression))).collect::<Result<_, _>>()?;
+        learned.of_another = no_runs.effect(None)?;
         learned.posterior = regression.solve()?;
         let mut sums = ExpectedSums { residuals: DMatrix::zeros(n, n), placed: [0.0; 2] };
-        for (k, design, per_weight, placed, inverse) in used {
-            let left = &self.seen[k].y - &design * &learned.posterior.mean;
-            let seen =
-                &left * left.transpose() + &design * &learned.posterior.covariance * design.transpose();
+        for (k, [design, shift], per_weight, placed, inverse) in used {
+            let effect = learned.effect(self.seen[k].session);
+            let followed = effect.followed(&design, &shift);
+            let expected = &design * &learned.posterior.mean + &shift * effect.mean(&learned.posterior);
+            let left = &self.seen[k].y - expected;
+            let seen = &left * left.transpose()
+                + &followed * &learned.posterior.covariance * followed.transpose()
+                + &shift * &effect.covariance * shift.transpose();
             // of each cause the mean and the covariance, given what was seen
             let cause = |prior: DMatrix<f64>, reads: DMatrix<f64>| {
                 let gain = reads.transpose() * &inverse;
@@ -229,6 +303,10 @@ impl InfluenceLearner {
                 sums.placed[0] += shares[k] * squares / u.norm_sqr();
                 sums.placed[1] += shares[k] * 2.0;
             }
+        }
+        if self.between_sessions.is_none() {
+            learned.between_sessions =
+                SessionScatter::of(&learned.effects, &learned.scatter, &learned.posterior)?;
         }
         self.resize(learned, &spread, &sums);
         Ok(())

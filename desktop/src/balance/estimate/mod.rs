@@ -5,6 +5,7 @@
 //! | [`mounting`] | readings as runs at common speeds, repeats averaged |
 //! | [`prior`] | the prior of the influence from the model |
 //! | [`scatter`] | scatter between mountings |
+//! | [`sessions`], [`shift`] | sessions of measurement, and how far base and scale shift between them |
 //! | [`learning`] | influence and scatter from the runs |
 //! | [`refutation`] | stated weights that cannot be true |
 //! | [`region`] | the unbalance of a run, with its region |
@@ -22,6 +23,10 @@ pub mod refutation;
 pub mod region;
 pub mod scatter;
 #[cfg(test)]
+mod session_tests;
+pub mod sessions;
+pub mod shift;
+#[cfg(test)]
 mod tests;
 pub mod without_model;
 
@@ -35,9 +40,11 @@ use condition::ConditionReport;
 use learning::{InfluenceLearner, LearnedInfluence};
 use mounting::Mountings;
 use prior::MachinePrior;
-use refutation::{REFUTED, RefutationTest, probability, without_each};
+use refutation::{REFUTED, RefutationTest, without_each};
 use region::estimated;
 use scatter::ScatterStructure;
+use sessions::{SessionReport, SessionSource, Sessions};
+use shift::SessionScatter;
 use without_model::{coefficients, unbalance_g_mm};
 
 type C = Complex<f64>;
@@ -65,6 +72,8 @@ pub struct EstimateOptions {
 #[derive(Debug, Clone)]
 pub struct RunEstimate {
     pub run: String,
+    /// As the measurement states it.
+    pub session: Option<String>,
     /// Speeds that it comes from, rpm.
     pub speeds_rpm: Vec<f64>,
     /// By the model and the runs, plane by plane.
@@ -93,6 +102,8 @@ pub struct RunEstimates {
     pub runs: Vec<RunEstimate>,
     /// Whether the planes are told apart.
     pub determined: ConditionReport,
+    /// Sessions, and what they add to the intervals.
+    pub sessions: SessionReport,
     /// Runs whose stated weights cannot be true, least probable first.
     pub refuted: Vec<RefutedWeights>,
     /// Omissions and doubts, one sentence each.
@@ -110,24 +121,36 @@ pub fn estimate(
 ) -> Result<RunEstimates, Error> {
     let measured = Mountings::of(rotor, readings, options.base.as_deref())?;
     let machine = MachinePrior::new(rotor, &measured.speeds_rad_s);
+    let mut sessions = Sessions::of(&measured);
     let base = measured.base;
+    let base_session = sessions.of[base];
     let mut shares: Vec<f64> =
         measured.runs.iter().map(|m| f64::from(u8::from(m.stated.is_some()))).collect();
-    let mut now = converged(rotor, &machine, &measured, &shares)?;
+    let mut now = converged(rotor, &machine, &measured, &sessions, &shares)?;
     let judge = RefutationTest::of(&now.learner, base).filter(|_| !options.trust_weights);
     if let Some(judge) = &judge {
         shares = judge.shares(&now.learner)?;
-        now = converged(rotor, &machine, &measured, &shares)?;
-    }
-    let ConvergedFit { learner, mountings, learned } = now;
-    let without = without_each(&learner, &learned, &shares, base)?;
-    let mut probabilities = vec![1.0; shares.len()];
-    if let Some(judge) = &judge {
-        for k in (0..shares.len()).filter(|k| *k != base) {
-            probabilities[k] = probability(judge.log_odds(&without[k], &learner, k)?);
-        }
+        now = converged(rotor, &machine, &measured, &sessions, &shares)?;
     }
     let planes = rotor.plane.len();
+    let between = match sessions.in_blocks(planes) {
+        Some(blocks) => {
+            sessions.source = SessionSource::Blocks;
+            let of_blocks = converged(rotor, &machine, &measured, &blocks, &shares)?.learned.between_sessions;
+            now.expect_shift(of_blocks, &shares)?;
+            of_blocks
+        }
+        None => now.learned.between_sessions,
+    };
+    let ConvergedFit { learner, mountings, learned } = now;
+    let without = match judge.is_some() || options.leave_one_out {
+        true => without_each(&learner, &learned, &shares, base)?,
+        false => Vec::new(),
+    };
+    let probabilities = match &judge {
+        Some(judge) => judge.probabilities(&without, &learner)?,
+        None => vec![1.0; shares.len()],
+    };
     let stated = || learner.stated.iter().flatten().flatten();
     let largest_g_mm = stated().map(|u| u.norm()).fold(0.0, f64::max);
     let found =
@@ -148,6 +171,7 @@ pub fn estimate(
         }
         runs.push(RunEstimate {
             run: m.run.clone(),
+            session: m.session.clone(),
             speeds_rpm: measured_rpm(m, mountings.probes),
             planes: found(if options.leave_one_out { &without[k] } else { &learned }, k)?,
             influence_g_mm: plain.and_then(|all| unbalance_g_mm(&all, &m.phasors)),
@@ -155,6 +179,7 @@ pub fn estimate(
         });
     }
     refuted.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    let half_widths = half_widths(&learned, &learner, base_session, planes, largest_g_mm)?;
     let mut remarks = mountings.remarks.clone();
     remarks.extend(Tolerance::assumption(rotor));
     if judge.is_none() && !options.trust_weights {
@@ -162,11 +187,30 @@ pub fn estimate(
     }
     Ok(RunEstimates {
         base: mountings.runs[base].run.clone(),
-        determined: ConditionReport::of(rotor, &machine, &mountings, &learned, largest_g_mm)?,
+        determined: ConditionReport::of(rotor, &machine, &mountings, &learned, largest_g_mm, base_session)?,
+        sessions: SessionReport::new(&sessions, &mountings, between, &half_widths),
         runs,
         refuted,
         remarks,
     })
+}
+
+/// 95 % half-widths by plane of the runs of another session, g·mm: as they are, and as if they were of the session of the base run.
+fn half_widths(
+    learned: &LearnedInfluence,
+    learner: &InfluenceLearner,
+    base_session: Option<usize>,
+    planes: usize,
+    largest_g_mm: f64,
+) -> Result<Vec<[f64; 2]>, Error> {
+    let mut half_widths = Vec::new();
+    for seen in learner.seen.iter().filter(|seen| seen.session.is_none()) {
+        let with = estimated(learned, seen, planes, largest_g_mm)?;
+        let without = estimated(learned, &seen.clone().of_session(base_session), planes, largest_g_mm)?;
+        let of_plane = |(a, b)| [a, b].map(UnbalanceRegion::half_width_95_g_mm);
+        half_widths.extend(with.iter().zip(&without).map(of_plane));
+    }
+    Ok(half_widths)
 }
 
 fn measured_rpm(m: &mounting::Mounting, probes: usize) -> Vec<f64> {
@@ -184,11 +228,21 @@ struct ConvergedFit {
     learned: LearnedInfluence,
 }
 
+impl ConvergedFit {
+    /// Takes its one session for the mean of the sessions that this shift was learned from.
+    fn expect_shift(&mut self, between: SessionScatter, shares: &[f64]) -> Result<(), Error> {
+        self.learner.between_sessions = Some(between.of_mean());
+        self.learned = self.learner.learn(shares, Some(&self.learned), LEARNING)?;
+        Ok(())
+    }
+}
+
 /// Moves the model to where these shares of the runs say, and readings to the common speeds by it.
 fn converged(
     rotor: &Rotor,
     machine: &MachinePrior,
     measured: &Mountings,
+    sessions: &Sessions,
     shares: &[f64],
 ) -> Result<ConvergedFit, Error> {
     let mut mountings = measured.clone();
@@ -198,7 +252,7 @@ fn converged(
     loop {
         let linear = machine.near(parameters.clone())?;
         let structure = ScatterStructure::new(rotor, &linear.influence, &mountings.levels_um());
-        let learner = InfluenceLearner::new(&mountings, linear, structure);
+        let learner = InfluenceLearner::new(&mountings, sessions, linear, structure);
         let learned = learner.learn(shares, before.as_ref(), LEARNING)?;
         points += 1;
         if points == POINTS {

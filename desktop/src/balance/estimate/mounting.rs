@@ -23,6 +23,10 @@ pub struct Mounting {
     pub run: String,
     /// Stated weight in each plane, g·mm; `None` for a blind run.
     pub stated: Option<Vec<C>>,
+    /// Session that its readings state.
+    pub session: Option<String>,
+    /// First and last time of its readings, days, where all have one.
+    pub times_d: Option<[f64; 2]>,
     /// Mean phasor of each row, µm; `None` where nothing was read.
     pub phasors: Vec<Option<C>>,
     /// Mean speed of each row's readings, rad/s.
@@ -78,7 +82,10 @@ impl Mountings {
             return Err(Error::NoCommonSpeed { base: names[base].into() });
         }
         let groups = thinned(groups, rotor.probe.len(), &mut remarks);
-        let (runs, repeat_variance) = averaged(rotor, &names, stated, readings, &groups);
+        let (mut runs, repeat_variance) = averaged(rotor, &names, stated, readings, &groups);
+        for m in &mut runs {
+            (m.session, m.times_d) = occasion(&m.run, readings)?;
+        }
         let whole = Self {
             base,
             speeds_rad_s: groups.iter().map(|g| 0.5 * (g[0] + g[1])).collect(),
@@ -138,6 +145,21 @@ fn weights(rotor: &Rotor, name: &str) -> Result<Option<Vec<C>>, Error> {
     let outside = |position_m| Error::WeightOutsidePlanes { run: name.into(), position_m };
     let kg_m = by_plane(rotor, run).map_err(outside)?;
     Ok(Some(kg_m.into_iter().map(|u| u * G_MM).collect()))
+}
+
+/// Session of a run, and its first and last time.
+fn occasion(run: &str, readings: &[Reading]) -> Result<(Option<String>, Option<[f64; 2]>), Error> {
+    let own = || readings.iter().filter(|r| r.run.as_deref() == Some(run));
+    let mut stated = own().filter_map(|r| r.session.as_ref());
+    let session = stated.next();
+    if let Some((first, other)) = session.zip(stated.find(|other| Some(*other) != session)) {
+        return Err(Error::RunInTwoSessions { run: run.into(), sessions: [first, other].map(String::clone) });
+    }
+    let times: Option<Vec<f64>> = own().map(|r| r.time_d).collect();
+    let ends = times.map(|t| {
+        [t.iter().copied().fold(f64::INFINITY, f64::min), t.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
+    });
+    Ok((session.cloned(), ends))
 }
 
 fn base_run(names: &[&str], stated: &[Option<Vec<C>>], wanted: Option<&str>) -> Result<usize, Error> {
@@ -205,6 +227,8 @@ fn averaged(
         let mut m = Mounting {
             run: (*name).into(),
             stated,
+            session: None,
+            times_d: None,
             phasors: vec![None; rows],
             speeds_rad_s: vec![1.0; rows],
             repeats: vec![0; rows],

@@ -73,6 +73,22 @@ impl RefutationTest {
         Ok(self.log_odds + density(expected.covariance)? - anything)
     }
 
+    /// Probability that the stated weights of each run are true by what is learned without it; 1 for the base run.
+    ///
+    /// # Errors
+    /// If a covariance is singular.
+    pub fn probabilities(
+        &self,
+        without: &[LearnedInfluence],
+        learner: &InfluenceLearner,
+    ) -> Result<Vec<f64>, Error> {
+        let of_run = |k: usize| match k == self.base {
+            true => Ok(1.0),
+            false => self.log_odds(&without[k], learner, k).map(probability),
+        };
+        (0..without.len()).map(of_run).collect()
+    }
+
     fn distance(learned: &LearnedInfluence, learner: &InfluenceLearner, run: usize) -> Result<f64, Error> {
         let Some(stated) = &learner.stated[run] else { return Ok(f64::INFINITY) };
         let expected = learned.predict(&learner.seen[run], stated, true);
@@ -111,7 +127,7 @@ impl RefutationTest {
     }
 }
 
-pub fn probability(log_odds: f64) -> f64 {
+fn probability(log_odds: f64) -> f64 {
     1.0 / (1.0 + (-log_odds).exp())
 }
 

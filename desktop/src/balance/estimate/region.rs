@@ -27,7 +27,7 @@ pub fn estimated(
     largest_g_mm: f64,
 ) -> Result<Vec<UnbalanceRegion>, Error> {
     let mut unbalance = DVector::zeros(2 * planes);
-    let mut covariance = DMatrix::zeros(0, 0);
+    let (mut covariance, mut by_session) = (DMatrix::zeros(0, 0), DMatrix::zeros(0, 0));
     let complex = |u: &DVector<f64>| (0..planes).map(|j| C::new(u[j], u[planes + j])).collect::<Vec<_>>();
     let expected = DMatrix::from_diagonal_element(2 * planes, 2 * planes, (EXPECTED * largest_g_mm).powi(-2));
     let bare = learned.predict(seen, &vec![C::from(0.0); planes], false).mean;
@@ -38,12 +38,21 @@ pub fn estimated(
         let solved = factor(expectation.per_weight.tr_mul(&weighted) + &expected)?;
         unbalance = solved.solve(&weighted.tr_mul(&(&seen.y - &bare)));
         covariance = solved.inverse();
+        let gain = weighted * &covariance;
+        by_session = gain.tr_mul(&(expectation.between_sessions * &gain));
     }
     let found = complex(&unbalance);
     covariance += placement(&found, learned.placement);
     let of = |j: usize| {
         let at = [j, planes + j];
-        UnbalanceRegion::new(found[j], Matrix2::from_fn(|a, b| covariance[(at[a], at[b])]), learned.freedom())
+        let of_plane = |whole: &DMatrix<f64>| Matrix2::from_fn(|a, b| whole[(at[a], at[b])]);
+        let of_session = of_plane(&by_session).trace() / of_plane(&covariance).trace();
+        // of a sum of two estimated variances (Satterthwaite 1946)
+        let terms = [
+            (1.0 - of_session).powi(2) / learned.freedom(),
+            of_session.powi(2) / learned.between_sessions.freedom(),
+        ];
+        UnbalanceRegion::new(found[j], of_plane(&covariance), terms.iter().sum::<f64>().recip())
     };
     Ok((0..planes).map(of).collect())
 }

@@ -56,6 +56,14 @@ impl Regression {
         self.right += weighted * y;
     }
 
+    /// Makes up for an effect that some of the added runs share: its covariance given Y₀ and A, `coupling` the information
+    /// of these runs on it and on Y₀ and A, `right` that on it times their components.
+    pub fn marginalize(&mut self, covariance: &DMatrix<f64>, coupling: &DMatrix<f64>, right: &DVector<f64>) {
+        let through = coupling.tr_mul(covariance);
+        self.precision -= &through * coupling;
+        self.right -= through * right;
+    }
+
     /// # Errors
     /// If the runs do not determine everything.
     pub fn solve(self) -> Result<InfluencePosterior, Error> {

@@ -30,6 +30,7 @@ impl Record {
         Reading {
             row: None,
             run: self.run(at).map(str::to_string),
+            session: None,
             time_d: sample.when.zip(start).and_then(|(when, start)| when.days_since(start)),
             speed_rpm: sample.speed_rpm,
             probes: self.values(at).into_iter().map(|y| y.map(|y| y * 1e-6)).collect(),

@@ -151,6 +151,7 @@ fn shown<'a>(
         Reading {
             row: None,
             run: recorded.run.map(str::to_string),
+            session: None,
             time_d: Some(
                 (recorded.begins_s + window.sample as f64 / recorded.rate_hz - half_s) / SECONDS_A_DAY,
             ),
@@ -199,6 +200,7 @@ pub fn mean_of(bin: &[Reading]) -> Reading {
     Reading {
         row: None,
         run: first.run.clone(),
+        session: first.session.clone(),
         time_d: each(&|r| r.time_d),
         speed_rpm: each(&|r| Some(r.speed_rpm)).unwrap_or(first.speed_rpm),
         probes: (0..first.probes.len())

@@ -110,6 +110,7 @@ pub fn measured(path: &std::path::Path) -> (Vec<String>, Vec<Reading>) {
         Reading {
             row: None,
             run: at("run").map(|i| cells[i].to_string()),
+            session: None,
             time_d: number("time_d"),
             speed_rpm: number("speed_rpm").unwrap(),
             probes: probes.iter().map(phasor).collect(),
