@@ -107,3 +107,29 @@ fn write_numbers(
     writer.flush()?;
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measurement::parse;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn sessions_are_read_back_as_written_and_empty_cells_are_none() {
+        let rotor = sample_rotor();
+        let probes = vec![Some(nalgebra::Complex::new(1e-5, -2e-5)); rotor.probe.len()];
+        let reading = |session: Option<&str>| Reading {
+            run: Some("a".into()),
+            session: session.map(String::from),
+            speed_rpm: 3000.0,
+            probes: probes.clone(),
+            ..Reading::default()
+        };
+        let readings = [reading(Some("day 1, morning")), reading(None)];
+        let mut text = Vec::new();
+        write(&mut text, &rotor, &readings).unwrap();
+        let read = parse("text", std::str::from_utf8(&text).unwrap(), &rotor).unwrap();
+        let sessions: Vec<_> = read.iter().map(|r| r.session.as_deref()).collect();
+        assert_eq!(sessions, [Some("day 1, morning"), None]);
+    }
+}

@@ -82,7 +82,7 @@ pub struct PlanesDetermined {
 /// Sessions of measurement, and how far base and scale shift between them (standard deviations).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SessionsAnswer {
-    /// `stated`, by `pauses` between times, by `blocks` of consecutive runs, or one session `assumed`.
+    /// ``stated``, by ``pauses`` between times, by ``blocks`` of consecutive runs, or one session ``assumed``.
     pub source: &'static str,
     /// Sessions or blocks with stated weights that the shift is learned from; of one it is assumed.
     pub learned_from: usize,

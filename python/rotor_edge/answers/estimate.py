@@ -75,7 +75,7 @@ class Sessions(Record):
     """Sessions of measurement, and how far base and scale shift between them (standard deviations)."""
 
     source: str
-    """`stated`, by `pauses` between times, by `blocks` of consecutive runs, or one session `assumed`."""
+    """``stated``, by ``pauses`` between times, by ``blocks`` of consecutive runs, or one session ``assumed``."""
     learned_from: int
     """Sessions or blocks with stated weights that the shift is learned from; of one it is assumed."""
     new_runs: int
