@@ -2,6 +2,7 @@
 //! an entry is not a number.
 
 pub(crate) mod eigen;
+pub(crate) mod small;
 
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, SVD, Scalar, Schur, SymmetricEigen};
 

@@ -66,16 +66,19 @@ impl Problem<'_> {
                 change.unscale(2.0 * SLOPE_STEP)
             };
             let slope_of: Vec<Matrix2<C>> = now.responses.groups.first.iter().map(slope).collect();
+            // of each probe in a row, which can have many values of it
+            let mut seen: Vec<C> = Vec::with_capacity(now.terms.shows.len());
             let mut at = 0;
             for (r, row) in self.data.rows.iter().enumerate() {
                 let slope = &slope_of[now.responses.groups.of_row[r]];
                 let force = slope * now.motion[r].fixed_rows::<2>(2 * held);
                 let adjoint = &now.responses.of(r).adjoint;
-                for v in &row.values {
-                    let seen = adjoint.column(now.terms.shows[v.probe]).fixed_rows::<2>(2 * held).dot(&force);
-                    slopes[at] -= now.terms.gains[v.probe] * seen;
-                    at += 1;
+                seen.clear();
+                seen.extend(adjoint.column_iter().map(|a| a[2 * held] * force.x + a[2 * held + 1] * force.y));
+                for (slope, v) in slopes[at..].iter_mut().zip(&row.values) {
+                    *slope -= now.terms.gains[v.probe] * seen[now.terms.shows[v.probe]];
                 }
+                at += row.values.len();
             }
         }
     }

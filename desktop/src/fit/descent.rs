@@ -97,7 +97,7 @@ fn step<L: Objective + ?Sized>(
     damping: &mut f64,
     stop: &Stop,
 ) -> bool {
-    let mut growth = 2.0;
+    let (mut growth, mut moved) = (2.0, false);
     while *damping < MOST_DAMPING {
         let mut damped = gram.clone();
         for (i, c) in curvature.iter().enumerate() {
@@ -112,6 +112,7 @@ fn step<L: Objective + ?Sized>(
                 break;
             }
             objective.move_to(&(from + step));
+            moved = true;
             let gain = (value - objective.value()) / foreseen;
             if foreseen > 0.0 && gain > WORTH_TAKING {
                 let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
@@ -122,7 +123,9 @@ fn step<L: Objective + ?Sized>(
         *damping *= growth;
         growth *= 2.0;
     }
-    objective.move_to(from);
+    if moved {
+        objective.move_to(from);
+    }
     false
 }
 

@@ -61,7 +61,11 @@ pub struct DrawingErrors {
 impl DrawingErrors {
     /// Around the deviations `centre`.
     pub fn new(rotor: &Rotor, shaft: &Shaft, deviations: &Deviations, centre: &DVector<f64>) -> Self {
-        let (_, offsets) = deviations.apply(rotor, centre);
+        // the runs of a long measurement take longer to copy than all that an error changes
+        let mut bare = rotor.clone();
+        bare.run.clear();
+        let rotor = &bare;
+        let (changed, offsets) = deviations.apply(rotor, centre);
         let scaled = |row: &NodalSum, by: f64| row.iter().map(|(k, v)| (*k, v * by)).collect::<NodalSum>();
         let rate = |section: &Section, sd: f64| scaled(&section.displacement_rate, sd);
         let at_disk = |i: usize| {
@@ -69,7 +73,6 @@ impl DrawingErrors {
             (section, section.displacement_beside(offsets.disk_m[i]), section.tilt_beside(offsets.disk_m[i]))
         };
         let inertia_of = |i: usize| {
-            let (changed, _) = deviations.apply(rotor, centre);
             let polar = if shaft.physics().gyroscopic { changed.disk[i].polar_inertia_kg_m2 } else { 0.0 };
             [changed.disk[i].mass_kg, changed.disk[i].diametral_inertia_kg_m2 * shaft.tilt_share(), polar]
         };

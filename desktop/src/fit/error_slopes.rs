@@ -64,11 +64,6 @@ impl Fields {
     fn element(&self, number: usize, field: usize) -> Vector4<C> {
         Vector4::from_fn(|i, _| self.at(2 * number + i, field))
     }
-
-    /// Product of adjoint and motion at two places, for each probe's adjoint.
-    fn product(&self, adjoint: &NodalSum, motion: &NodalSum, probe: usize) -> C {
-        self.along(adjoint, 1 + probe) * self.along(motion, 0)
-    }
 }
 
 /// Forces of one sense of whirl that the fields come from.
@@ -216,46 +211,38 @@ impl<'a> Snapshot<'a> {
         let each = |f: &dyn Fn(usize) -> C| (0..self.probes()).map(f).collect::<Vec<C>>();
         match change {
             DrawingChange::Elements(all) => self.element_slopes(all),
-            DrawingChange::Inertia { displacement, tilt, inertia: [mass, diametral, polar] } => each(&|p| {
+            DrawingChange::Inertia { displacement, tilt, inertia: [mass, diametral, polar] } => {
                 // one of them alone is not zero
-                let whirl = |fields: &Fields, polar: f64| {
-                    if *mass == 0.0 {
-                        fields.product(tilt, tilt, p) * (diametral - polar)
-                    } else {
-                        fields.product(displacement, displacement, p) * *mass
-                    }
+                let (place, [ahead, behind]) = if *mass == 0.0 {
+                    (tilt, [diametral - polar, diametral + polar])
+                } else {
+                    (displacement, [*mass; 2])
                 };
-                (whirl(&self.forward, *polar) + whirl(&self.backward, -polar)) * w2
-            }),
-            DrawingChange::Disk { number, displacement: [here, rate], tilt: [tilt, tilt_rate], inertia } => {
+                let [forward, backward] = self.motion(place);
+                let (forward, backward) = (forward * ahead * w2, backward * behind * w2);
                 each(&|p| {
-                    let [mass, diametral, polar] = *inertia;
-                    let whirl = |fields: &Fields, polar: f64| {
-                        let moved = fields.product(here, rate, p) + fields.product(rate, here, p);
-                        let tilted = fields.product(tilt, tilt_rate, p) + fields.product(tilt_rate, tilt, p);
-                        moved * mass + tilted * (diametral - polar)
-                    };
-                    let force = |pattern| self.sizes[self.plant.column(Force::Pattern(pattern))];
-                    (whirl(&self.forward, polar) + whirl(&self.backward, -polar)) * w2
-                        + self.forward.along(rate, 1 + p) * force(Pattern::DiskUnbalance(*number))
-                        + self.forward.along(tilt_rate, 1 + p) * force(Pattern::DiskTilt(*number))
-                        + self.support_slope(self.plant.bearings + number, rate, p)
+                    self.forward.along(place, 1 + p) * forward + self.backward.along(place, 1 + p) * backward
                 })
             }
-            DrawingChange::Bearing { number, rate } => each(&|p| {
-                let housing = self.mounted.iter().filter(|(probe, place, _)| (probe, place) == (&p, number));
-                let moved = housing.map(|(_, _, [forward, backward])| {
-                    forward * self.forward.along(rate, 0) + backward * self.backward.along(rate, 0)
-                });
-                self.support_slope(*number, rate, p) - moved.sum::<C>()
-            }),
-            DrawingChange::Probe { number, rate } => each(&|p| {
-                if p != *number {
-                    return C::from(0.0);
-                }
-                let turn = C::from_polar(1.0, self.plant.probe_angles_rad[p]);
-                turn.conj() * self.forward.along(rate, 0) + turn * self.backward.along(rate, 0)
-            }),
+            DrawingChange::Disk { number, displacement, tilt, inertia } => {
+                self.disk_slopes(*number, displacement, tilt, *inertia)
+            }
+            DrawingChange::Bearing { number, rate } => {
+                let motion = self.motion(rate);
+                each(&|p| {
+                    let housing =
+                        self.mounted.iter().filter(|(probe, place, _)| (probe, place) == (&p, number));
+                    let moved = housing.map(|(_, _, [ahead, behind])| ahead * motion[0] + behind * motion[1]);
+                    self.support_slope(*number, rate, motion, p) - moved.sum::<C>()
+                })
+            }
+            DrawingChange::Probe { number, rate } => {
+                let mut slopes = vec![C::from(0.0); self.probes()];
+                let turn = C::from_polar(1.0, self.plant.probe_angles_rad[*number]);
+                let [forward, backward] = self.motion(rate);
+                slopes[*number] = turn.conj() * forward + turn * backward;
+                slopes
+            }
             DrawingChange::Plane { force, rate } => {
                 let size = self.sizes[self.plant.column(*force)];
                 each(&|p| self.forward.along(rate, 1 + p) * size)
@@ -263,12 +250,40 @@ impl<'a> Snapshot<'a> {
         }
     }
 
-    /// A support moves along the shaft: what it feels changes, and where it pushes.
-    fn support_slope(&self, place: usize, rate: &NodalSum, probe: usize) -> C {
+    /// A disk moves along the shaft, with all that acts at it.
+    fn disk_slopes(
+        &self,
+        number: usize,
+        [here, rate]: &[NodalSum; 2],
+        [tilt, tilt_rate]: &[NodalSum; 2],
+        [mass, diametral, polar]: [f64; 3],
+    ) -> Vec<C> {
+        let w2 = self.speed_rad_s * self.speed_rad_s;
+        let force = |pattern| self.sizes[self.plant.column(Force::Pattern(pattern))];
+        let forces = [Pattern::DiskUnbalance(number), Pattern::DiskTilt(number)].map(force);
+        let [moving, moving_rate, tilting, tilting_rate] =
+            [here, rate, tilt, tilt_rate].map(|a| self.motion(a));
+        let slope = |p: usize| {
+            let whirl = |fields: &Fields, s: usize, polar: f64| {
+                let moved =
+                    fields.along(here, 1 + p) * moving_rate[s] + fields.along(rate, 1 + p) * moving[s];
+                let tilted =
+                    fields.along(tilt, 1 + p) * tilting_rate[s] + fields.along(tilt_rate, 1 + p) * tilting[s];
+                moved * mass + tilted * (diametral - polar)
+            };
+            (whirl(&self.forward, 0, polar) + whirl(&self.backward, 1, -polar)) * w2
+                + self.forward.along(rate, 1 + p) * forces[0]
+                + self.forward.along(tilt_rate, 1 + p) * forces[1]
+                + self.support_slope(self.plant.bearings + number, rate, moving_rate, p)
+        };
+        (0..self.probes()).map(slope).collect()
+    }
+
+    /// A support moves along the shaft, which moves by so much per deviation there: what it feels changes, and where it pushes.
+    fn support_slope(&self, place: usize, rate: &NodalSum, motion: [C; 2], probe: usize) -> C {
         let Some(i) = self.places.iter().position(|p| *p == place) else { return C::from(0.0) };
         let sense = |fields: &Fields, s: usize| {
-            fields.along(rate, 1 + probe) * self.held[i][s]
-                + self.adjoint_held[probe][i][s] * fields.along(rate, 0)
+            fields.along(rate, 1 + probe) * self.held[i][s] + self.adjoint_held[probe][i][s] * motion[s]
         };
         -(sense(&self.forward, 0) + sense(&self.backward, 1))
     }
@@ -280,14 +295,15 @@ impl<'a> Snapshot<'a> {
         let times = |m: &Matrix4<f64>, v: &Vector4<C>| {
             Vector4::from_fn(|i, _| (0..4).map(|j| v[j] * m[(i, j)]).sum::<C>())
         };
+        // all elements bend to the same patterns
+        let bends = changes.first().map_or(&[][..], |e| &e.bends);
+        let sizes: Vec<C> = bends.iter().map(|(pattern, _)| size(*pattern)).collect();
         for e in changes {
             let forward = e.stiffness - (e.mass - e.polar_inertia) * w2;
             let backward = e.stiffness - (e.mass + e.polar_inertia) * w2;
             let mut ahead = times(&forward, &self.forward.element(e.number, 0));
-            for (size, force) in e.bends.iter().map(|(pattern, force)| (size(*pattern), force)) {
-                if size != C::from(0.0) {
-                    ahead -= force.map(|v| size * v);
-                }
+            for (size, (_, force)) in sizes.iter().zip(&e.bends).filter(|(size, _)| **size != C::from(0.0)) {
+                ahead -= force.map(|v| size * v);
             }
             let motion = self.backward.element(e.number, 0);
             let mut behind = times(&backward, &motion);

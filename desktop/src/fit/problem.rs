@@ -159,14 +159,23 @@ impl<'a> Problem<'a> {
     }
 
     fn receptances(&self, terms: &Terms) -> Vec<Receptances> {
-        self.at_speed.first.iter().map(|row| self.receptances_of(*row, terms)).collect()
+        let (places, unit) = (self.places(), self.unit_forces());
+        let new = |row: &usize| {
+            let speed_rad_s = self.speed_rad_s(terms, *row);
+            Receptances::new(&self.plant, speed_rad_s, terms.internal_damping_s, &places, &unit)
+        };
+        self.at_speed.first.iter().map(new).collect()
+    }
+
+    /// Each of the forces by itself, of unit size.
+    fn unit_forces(&self) -> Vec<Vec<(usize, C)>> {
+        self.forces.iter().map(|f| vec![(*f, C::from(1.0))]).collect()
     }
 
     /// The receptances of one row at the terms in force, in unit forces.
     pub(super) fn receptances_of(&self, row: usize, terms: &Terms) -> Receptances {
         let (speed, damping) = (self.speed_rad_s(terms, row), terms.internal_damping_s);
-        let unit: Vec<Vec<(usize, C)>> = self.forces.iter().map(|f| vec![(*f, C::from(1.0))]).collect();
-        Receptances::new(&self.plant, speed, damping, &self.places(), &unit)
+        Receptances::new(&self.plant, speed, damping, &self.places(), &self.unit_forces())
     }
 
     pub fn x(&self) -> &[f64] {

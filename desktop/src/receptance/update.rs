@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{
-    Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, LU, Matrix, Matrix2, OMatrix, Storage,
+    Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, Matrix, Matrix2, OMatrix, Storage,
 };
 
+use crate::decomposition::small::{SmallSystem, subtract_product};
 use crate::error::Error;
 use crate::model::terms::Support;
 use crate::model::{self, Model};
@@ -243,14 +244,14 @@ impl Receptances {
         let total = |forces: &[(usize, C)], place: &[f64]| -> C {
             forces.iter().map(|(f, factor)| over_modes(&gains, place, column(&s.forces, *f)) * factor).sum()
         };
+        let turns: Vec<C> = plant.probe_angles_rad.iter().map(|a| C::from_polar(1.0, -a)).collect();
         for (forces, mut motion) in columns.iter().zip(held_force.column_iter_mut()) {
             for (i, place) in places.iter().enumerate() {
                 let x = total(forces, column(&s.held, *place));
                 (motion[2 * i], motion[2 * i + 1]) = (x, -I * x);
             }
-            let angles = plant.probe_angles_rad.iter().enumerate();
-            probe_force
-                .extend(angles.map(|(p, a)| total(forces, column(&s.probes, p)) * C::from_polar(1.0, -a)));
+            let seen = |(p, turn): (usize, &C)| total(forces, column(&s.probes, p)) * turn;
+            probe_force.extend(turns.iter().enumerate().map(seen));
         }
         Self {
             nominal: nominal(plant, speed_rad_s, internal_damping_s),
@@ -326,18 +327,27 @@ impl Receptances {
         SOLVED.fetch_add(1, Ordering::Relaxed);
         let excess = supports.excess(&self.nominal);
         let d = self.held.nrows();
-        let factor = (DMatrix::identity(d, d) + excess.forces(&self.held)).lu();
+        let mut system = excess.forces(&self.held);
+        (0..d).for_each(|i| system[(i, i)] += 1.0);
+        let system = SmallSystem::new(system)?;
+        let mut forces = excess.forces(&self.held_force);
+        system.solve(&mut forces);
         let mut seen_from = self.probe_held.clone();
         less_housings(&mut seen_from, &self.held, mounted);
         let probes = seen_from.ncols();
-        let forces = factor.solve(&excess.forces(&self.held_force))?;
-        let seen = seen_from.tr_mul(&forces);
-        let mut response = UpdatedResponse {
-            probes: self.probe_force.iter().zip(seen.iter()).map(|(free, held)| free - held).collect(),
-            held: &self.held_force - &self.held * &forces,
-            adjoint: solved_transposed(&factor, seen_from)?,
-            mounted: mounted.to_vec(),
-        };
+        let (mut shown, mut held) = (self.probe_force.clone(), self.held_force.clone());
+        let places = d.max(1);
+        for (force, forces) in forces.as_slice().chunks_exact(places).enumerate() {
+            let motion = &mut held.as_mut_slice()[force * d..][..d];
+            subtract_product(&self.held, forces, motion);
+            let shown = &mut shown[force * probes..][..probes];
+            for (shown, seen_from) in shown.iter_mut().zip(seen_from.as_slice().chunks_exact(places)) {
+                *shown -= seen_from.iter().zip(forces).map(|(a, b)| a * b).sum::<C>();
+            }
+        }
+        system.solve_transposed(&mut seen_from);
+        let mut response =
+            UpdatedResponse { probes: shown, held, adjoint: seen_from, mounted: mounted.to_vec() };
         for (column, motion) in self.held_force.column_iter().enumerate() {
             for m in mounted {
                 response.probes[column * probes + m.probe] -= m.reading.dot(&motion);
@@ -375,14 +385,6 @@ impl Receptances {
         };
         response.adjoint.column_iter().zip(change.probe_held.column_iter()).map(per_probe).collect()
     }
-}
-
-/// Solves with the transpose of a matrix that is factored; `None` if it is singular.
-fn solved_transposed(factor: &LU<C, Dyn, Dyn>, mut right: DMatrix<C>) -> Option<DMatrix<C>> {
-    let solved = factor.u().tr_solve_upper_triangular_mut(&mut right)
-        && factor.l().tr_solve_lower_triangular_mut(&mut right);
-    factor.p().inv_permute_rows(&mut right);
-    solved.then_some(right)
 }
 
 /// Subtracts the motion of the housings from the receptances of the probes.
