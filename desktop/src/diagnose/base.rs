@@ -1,5 +1,7 @@
 //! A model at its best fit, and every candidate tried on top of it.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::parameters;
@@ -26,12 +28,12 @@ pub struct CandidateFit {
     pub sought: f64,
     pub disqualified: Option<String>,
     /// The drawing's errors taken around this fit, where that was done.
-    pub own_drawing: Option<Drawing>,
+    pub own_drawing: Option<Arc<Drawing>>,
 }
 
 impl CandidateFit {
     pub fn drawing<'t>(&'t self, base: &'t BaseModel) -> &'t Drawing {
-        self.own_drawing.as_ref().unwrap_or(&base.search.0)
+        self.own_drawing.as_deref().unwrap_or(&base.search.0)
     }
 }
 
@@ -41,7 +43,7 @@ pub struct BaseModel<'a> {
     pub hypothesis: Hypothesis<'a>,
     /// How many of its effects the file states.
     pub stated: usize,
-    pub drawing: Drawing,
+    pub drawing: Arc<Drawing>,
     pub fit: Fit,
     /// Where candidates are searched: noise as stated, errors of the drawing taken as linear around the drawing as
     /// stated; for the most probable noise and errors of a model that lacks something make up for what it lacks.
@@ -119,6 +121,7 @@ impl<'a> BaseModel<'a> {
         let stated = hypothesis.effects.len();
         let SearchFit { hypothesis, fit, exact: drawing, around, there } =
             SearchFit::of(fitter, hypothesis, &[start], Effort::Search)?;
+        let drawing = Arc::new(drawing);
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
@@ -143,14 +146,23 @@ impl<'a> BaseModel<'a> {
             (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search)?;
         }
         let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing)?;
+        let drawing = Arc::new(drawing);
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
-    /// Search coordinates of a candidate's fit in the scales that the file's hypothesis starts from.
-    pub fn scaled_for_file(&self, t: &CandidateFit) -> [Vec<f64>; 1] {
-        let with = self.hypothesis.with(t.placed);
-        let to = Hypothesis { scales: self.fitter.scales(None), ..with.clone() };
-        [rescaled(&with, &to, &t.fit)]
+    /// The model with a candidate: at the candidate's own fit where its noise and drawing errors are settled already, else settled now.
+    pub fn grown(&self, t: &CandidateFit) -> Result<Self, Error> {
+        let (fitter, stated, with) = (self.fitter, self.stated, self.hypothesis.with(t.placed));
+        let file = Hypothesis { scales: fitter.scales(None), ..with.clone() };
+        let starts = [rescaled(&with, &file, &t.fit)];
+        let Some(drawing) = t.own_drawing.clone() else {
+            return Self::fit_base(fitter, with, stated, starts);
+        };
+        let SearchFit { hypothesis, around, there, .. } =
+            SearchFit::of(fitter, with.clone(), &starts, Effort::Search)?;
+        let mut fit = t.fit.clone();
+        (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &t.fit), None);
+        Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
     /// Search coordinates of the file: its bearings, and its effects as far as they have been fitted.
@@ -333,7 +345,7 @@ impl<'a> BaseModel<'a> {
         };
         let (fit, own) = self.fitter.under_own_scatter(&with, fit, own)?;
         t.evidence = self.fitter.evidence(&self.fit, &fit);
-        (t.fit, t.own_drawing) = (fit, Some(own));
+        (t.fit, t.own_drawing) = (fit, Some(Arc::new(own)));
         Ok(())
     }
 

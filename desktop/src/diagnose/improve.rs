@@ -254,7 +254,7 @@ fn in_order<'a>(
         if last {
             return Ok(steps);
         }
-        base = BaseModel::fit_base(base.fitter, with, base.stated, base.scaled_for_file(t))?;
+        base = base.grown(t)?;
         tried.clear();
     }
 }

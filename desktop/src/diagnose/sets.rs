@@ -24,6 +24,8 @@ pub struct SearchReach {
 
 /// Larger sets that are settled before the best of them are followed, as a multiple of those.
 const SETTLED: usize = 2;
+/// Special cases of one effect at one place that are followed beside it, at most, and the effect.
+const ALIKE: usize = 3;
 
 /// A set of effects beside a model.
 pub struct EffectSet<'a> {
@@ -56,7 +58,10 @@ fn best_set<'a>(
             break;
         }
         for set in &beam.sets[1..] {
-            tried.push(set.try_likely_unsettled()?);
+            let mut sought = set.try_likely_unsettled()?;
+            // no more of one set are followed, and each keeps its fit to all readings
+            sought.truncate(ALIKE * SETTLED * width);
+            tried.push(sought);
         }
         let parents: Vec<(&BaseModel, &[CandidateFit])> =
             beam.sets.iter().zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
@@ -178,12 +183,9 @@ fn grown<'a>(
         ways.len() <= settled_ways
     });
     let many = followed.count();
-    let settle = |(_, base, t): &Child<'_, 'a>| {
-        BaseModel::fit_base(base.fitter, base.hypothesis.with(t.placed), base.stated, base.scaled_for_file(t))
-    };
     // a set with which the machine is singular from every start explains nothing
-    let settled = |child| {
-        let base: BaseModel = settle(child).ok()?;
+    let settled = |(_, base, t): &Child<'_, 'a>| {
+        let base: BaseModel = base.grown(t).ok()?;
         Some((!base.is_physical().ok()?, base))
     };
     let mut kept: Vec<(bool, BaseModel)> = children[..many].par_iter().filter_map(settled).collect();
