@@ -11,7 +11,7 @@ use nalgebra::{
     Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, Matrix, Matrix2, OMatrix, Storage,
 };
 
-use crate::decomposition::small::{SmallSystem, subtract_product};
+use crate::decomposition::small::solve_both;
 use crate::error::Error;
 use crate::model::terms::Support;
 use crate::model::{self, Model};
@@ -329,25 +329,22 @@ impl Receptances {
         let d = self.held.nrows();
         let mut system = excess.forces(&self.held);
         (0..d).for_each(|i| system[(i, i)] += 1.0);
-        let system = SmallSystem::new(system)?;
         let mut forces = excess.forces(&self.held_force);
-        system.solve(&mut forces);
         let mut seen_from = self.probe_held.clone();
         less_housings(&mut seen_from, &self.held, mounted);
+        let mut adjoint = seen_from.clone();
+        solve_both(system, &mut forces, &mut adjoint)?;
         let probes = seen_from.ncols();
-        let (mut shown, mut held) = (self.probe_force.clone(), self.held_force.clone());
-        let places = d.max(1);
-        for (force, forces) in forces.as_slice().chunks_exact(places).enumerate() {
-            let motion = &mut held.as_mut_slice()[force * d..][..d];
-            subtract_product(&self.held, forces, motion);
-            let shown = &mut shown[force * probes..][..probes];
-            for (shown, seen_from) in shown.iter_mut().zip(seen_from.as_slice().chunks_exact(places)) {
-                *shown -= seen_from.iter().zip(forces).map(|(a, b)| a * b).sum::<C>();
+        let mut held = self.held_force.clone();
+        held.gemm(C::from(-1.0), &self.held, &forces, C::from(1.0));
+        let mut shown = self.probe_force.clone();
+        let columns = shown.chunks_exact_mut(probes.max(1));
+        for (shown, forces) in columns.zip(forces.column_iter()) {
+            for (shown, seen_from) in shown.iter_mut().zip(seen_from.column_iter()) {
+                *shown -= seen_from.dot(&forces);
             }
         }
-        system.solve_transposed(&mut seen_from);
-        let mut response =
-            UpdatedResponse { probes: shown, held, adjoint: seen_from, mounted: mounted.to_vec() };
+        let mut response = UpdatedResponse { probes: shown, held, adjoint, mounted: mounted.to_vec() };
         for (column, motion) in self.held_force.column_iter().enumerate() {
             for m in mounted {
                 response.probes[column * probes + m.probe] -= m.reading.dot(&motion);
