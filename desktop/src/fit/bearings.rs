@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::machine::bearings::{BearingUnknown, Bearings};
 use crate::machine::drawing::Rotor;
+use crate::statistics::contradiction::{ContradictedNumber, StatedNumber, contradicted};
 use crate::statistics::interval::interval_95;
 
 /// What the data said about a parameter.
@@ -33,6 +34,19 @@ pub struct BearingParameter {
     pub interval_95: Option<[f64; 2]>,
     /// Whether the data decided it.
     pub identified: Identifiability,
+    /// The same by the data alone, where they contradict what is stated.
+    pub departure: Option<Departure>,
+}
+
+/// A number of a bearing that is not as stated: the 95 % interval of the data does not reach the 95 % range of the stated number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Departure {
+    /// By the data alone, SI unit.
+    pub value: f64,
+    /// Ends of its 95 % interval.
+    pub interval_95: [f64; 2],
+    /// Ends of the 95 % range of the stated number.
+    pub stated_95: [f64; 2],
 }
 
 impl BearingParameter {
@@ -44,6 +58,7 @@ impl BearingParameter {
         covariance: Option<&DMatrix<f64>>,
         at_bound: impl Fn(usize) -> bool,
     ) -> Vec<Self> {
+        let departures = covariance.map_or_else(Vec::new, |c| departures(rotor, bearings, x, c));
         let one = |(i, BearingUnknown { bearing, law }): (usize, &BearingUnknown)| {
             let sd = covariance.map_or(f64::INFINITY, |c| c[(i, i)].max(0.0).sqrt());
             let interval = interval_95(x[i], sd).map(|end| law.scale.to_si(end));
@@ -62,10 +77,36 @@ impl BearingParameter {
                 relative_sd: sd,
                 interval_95: is_known.then_some(interval),
                 identified,
+                departure: departures.iter().find(|(place, _)| is_known && *place == i).map(|(_, d)| *d),
             }
         };
         bearings.unknowns().iter().enumerate().map(one).collect()
     }
+}
+
+/// The numbers that are not as stated, with their places, of bearings that state a tolerance.
+fn departures(
+    rotor: &Rotor,
+    bearings: &Bearings,
+    x: &[f64],
+    covariance: &DMatrix<f64>,
+) -> Vec<(usize, Departure)> {
+    let unknowns = bearings.unknowns();
+    let stated = |(place, u): (usize, &BearingUnknown)| {
+        let number = StatedNumber { place, mean: u.law.stated, sd: u.law.prior_sd };
+        rotor.bearing[u.bearing].states_tolerance().then_some(number)
+    };
+    let stated: Vec<StatedNumber> = unknowns.iter().enumerate().filter_map(stated).collect();
+    let departure = |found: ContradictedNumber| {
+        let law = &unknowns[found.place].law;
+        let departure = Departure {
+            value: law.scale.to_si(found.value),
+            interval_95: found.interval_95.map(|end| law.scale.to_si(end)),
+            stated_95: interval_95(law.stated, law.prior_sd).map(|end| law.scale.to_si(end)),
+        };
+        (found.place, departure)
+    };
+    contradicted(&x[..unknowns.len()], covariance, &stated).into_iter().map(departure).collect()
 }
 
 #[cfg(test)]

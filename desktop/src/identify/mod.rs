@@ -11,7 +11,7 @@ mod swarm;
 #[cfg(test)]
 mod tests;
 
-pub use crate::fit::bearings::{BearingParameter, Identifiability};
+pub use crate::fit::bearings::{BearingParameter, Departure, Identifiability};
 pub use certainty::{SolvedReading, noise_scale, unbalance_covariance};
 pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
 pub use phase_two::{LeastResidual, UnbalanceBounds, least_residual};

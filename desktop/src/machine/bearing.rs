@@ -58,6 +58,11 @@ impl Bearing {
         Self::by(name, position_m, law)
     }
 
+    /// Whether its numbers are stated with a tolerance. Constants alone are a first estimate unless their accuracy is stated.
+    pub fn states_tolerance(&self) -> bool {
+        !matches!(self.law, Law::Constant(_)) || self.coefficients_relative.is_some()
+    }
+
     /// Its coefficients, if they are stated as constants.
     pub fn constants(&self) -> Option<&Constant> {
         match &self.law {

@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 
 use rotor_edge_desktop::diagnose::{
-    Advice, Candidate, Diagnosis, FittedParameter, HeldOut, Improvement, ImprovementOutcome, ImprovementStep,
-    RefutedRun, SuspectedMistake,
+    Advice, Candidate, Diagnosis, DiagnosisVerdict, FittedParameter, HeldOut, Improvement,
+    ImprovementOutcome, ImprovementStep, RefutedRun, SuspectedMistake,
 };
+use rotor_edge_desktop::identify::BearingParameter;
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::alphabetical;
 use super::findings::{DeterminedAnswer, NoiseAnswer, RefutedRunAnswer, UnknownCauseAnswer};
-use super::identify::IdentifiedCoefficient;
+use super::identify::{DepartureAnswer, IdentifiedCoefficient};
 use super::shared::STANDARD_DEVIATION;
 
 /// Values by name; a phasor is its real and imaginary part.
@@ -44,6 +45,9 @@ pub struct DiagnosisAnswer {
     pub unknown: Option<UnknownCauseAnswer>,
     #[serde(serialize_with = "alphabetical")]
     pub refuted_runs: Vec<RefutedRunAnswer>,
+    /// Numbers of bearings that are not as stated, where the model is adequate.
+    #[serde(serialize_with = "alphabetical")]
+    pub not_as_stated: Vec<DepartureAnswer>,
     /// Name of the probe that does not show what the others do, where the summary says so of one.
     pub bad_probe: Option<String>,
     /// The mistake in the rotor's file or the measurement that the summary names.
@@ -200,6 +204,8 @@ pub struct ImprovementAnswer {
     pub bearings: Vec<IdentifiedCoefficient>,
     pub unknown: Option<UnknownCauseAnswer>,
     pub refuted_runs: Vec<RefutedRunAnswer>,
+    /// Numbers of bearings that are not as stated, where the model is adequate.
+    pub not_as_stated: Vec<DepartureAnswer>,
     pub remarks: Vec<String>,
     /// The mistake in the files for which no effect was added.
     pub mistake: Option<MistakeAnswer>,
@@ -228,10 +234,18 @@ impl From<&Diagnosis> for DiagnosisAnswer {
             bearings: found.bearings.iter().map(IdentifiedCoefficient::from).collect(),
             unknown: found.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&found.refuted),
+            not_as_stated: not_as_stated(&found.bearings, found.verdict),
             bad_probe: found.bad_probe.clone(),
             mistake: found.mistake.as_ref().map(MistakeAnswer::from),
             named: found.named().map(CandidateAnswer::from),
         }
+    }
+}
+
+fn not_as_stated(bearings: &[BearingParameter], verdict: DiagnosisVerdict) -> Vec<DepartureAnswer> {
+    match verdict.model_fits() {
+        true => bearings.iter().filter_map(DepartureAnswer::of).collect(),
+        false => Vec::new(),
     }
 }
 
@@ -346,6 +360,7 @@ impl From<&ImprovementOutcome> for ImprovementAnswer {
             bearings: outcome.bearings.iter().map(IdentifiedCoefficient::from).collect(),
             unknown: outcome.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&outcome.refuted),
+            not_as_stated: not_as_stated(&outcome.bearings, outcome.verdict),
             remarks: outcome.remarks.clone(),
             mistake: outcome.mistake.as_ref().map(MistakeAnswer::from),
             written: false,

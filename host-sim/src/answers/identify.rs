@@ -1,7 +1,7 @@
 //! Answer of `identify`.
 
 use rotor_edge_desktop::diagnose::PlaneUnbalances;
-use rotor_edge_desktop::identify::{BearingParameter, Identifiability, PhaseOne};
+use rotor_edge_desktop::identify::{BearingParameter, Departure, Identifiability, PhaseOne};
 use rotor_edge_desktop::unbalance::g_mm_deg;
 use serde::Serialize;
 
@@ -40,6 +40,35 @@ pub struct IdentifiedCoefficient {
     /// Where the value comes from.
     #[serde(skip)]
     pub origin: Identifiability,
+}
+
+/// A number of a bearing that the data contradict, in the SI ``unit``: the 95 % interval does not reach the stated 95 % range.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DepartureAnswer {
+    pub bearing: String,
+    pub symbol: String,
+    pub unit: &'static str,
+    /// By the data alone, without the stated number.
+    pub value: f64,
+    pub interval_95: [f64; 2],
+    pub stated: f64,
+    /// Least and most of the stated number by its tolerance.
+    pub stated_interval_95: [f64; 2],
+}
+
+impl DepartureAnswer {
+    /// Where it is not as stated.
+    pub fn of(p: &BearingParameter) -> Option<Self> {
+        p.departure.map(|Departure { value, interval_95, stated_95 }| Self {
+            bearing: p.bearing.clone(),
+            symbol: p.symbol.clone(),
+            unit: p.unit,
+            value,
+            interval_95,
+            stated: p.start,
+            stated_interval_95: stated_95,
+        })
+    }
 }
 
 /// A plane of the first days.

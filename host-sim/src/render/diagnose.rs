@@ -15,11 +15,17 @@ use crate::answers::diagnose::{AdviceAnswer, CandidateAnswer, DiagnosisAnswer, F
 /// Candidates that are drawn.
 const DRAWN: usize = 10;
 
+/// What is odd in bearings, runs and data, a sentence each.
+pub fn remarks(found: &DiagnosisAnswer) -> impl Iterator<Item = String> {
+    let refuted = found.refuted_runs.iter().map(|r| r.words.clone());
+    findings::not_as_stated(&found.not_as_stated).chain(refuted).chain(found.remarks.iter().cloned())
+}
+
 /// The whole answer on a terminal, with the first `top` candidates.
 pub fn text(found: &DiagnosisAnswer, top: usize) -> String {
     let mut text = String::new();
     let _ = writeln!(text, "{}: {}", found.verdict, found.summary);
-    for line in found.refuted_runs.iter().map(|r| &r.words).chain(&found.remarks) {
+    for line in remarks(found) {
         let _ = writeln!(text, "  {line}");
     }
     let _ = writeln!(
@@ -125,8 +131,7 @@ pub fn sections(answer: &DiagnosisAnswer, rotor: &Rotor, drawn: &FittedCurves) -
 /// The verdict and what would tell rivals apart.
 fn verdict(found: &DiagnosisAnswer) -> Section {
     let mut paragraphs = vec![found.summary.clone()];
-    paragraphs
-        .extend(found.refuted_runs.iter().map(|r| r.words.clone()).chain(found.remarks.iter().cloned()));
+    paragraphs.extend(remarks(found));
     if let Some(best) = &found.named {
         paragraphs.push(format!("{}: {}", best.fitted.label, best.explanation));
     }

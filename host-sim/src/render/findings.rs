@@ -10,7 +10,7 @@ use crate::answers::diagnose::FittedAnswer;
 #[cfg(test)]
 use crate::answers::findings::REJECTED;
 use crate::answers::findings::{DeterminedAnswer, DeterminedPlaneAnswer, NoiseAnswer, UnknownCauseAnswer};
-use crate::answers::identify::IdentifiedCoefficient;
+use crate::answers::identify::{DepartureAnswer, IdentifiedCoefficient};
 use crate::render::quantity::quantity;
 use crate::render::{PageTable, Section};
 use crate::scale::three_digits;
@@ -111,6 +111,22 @@ pub fn bearings_table(bearings: &[IdentifiedCoefficient], model_adequate: bool) 
         caption: bearing_caption(model_adequate).into(),
         columns: BEARING_COLUMNS.map(String::from).to_vec(),
         rows: bearing_rows(bearings, model_adequate).into_iter().map(Vec::from).collect(),
+    })
+}
+
+/// Numbers of bearings that are not as stated, a sentence each.
+pub fn not_as_stated(departures: &[DepartureAnswer]) -> impl Iterator<Item = String> {
+    departures.iter().map(|d| {
+        let found = quantity(d.value, Some(d.interval_95), d.unit);
+        let stated = quantity(d.stated, Some(d.stated_interval_95), d.unit);
+        let worn = match d.symbol == "clearance" && d.value > d.stated {
+            true => "; a worn bearing has a larger clearance",
+            false => "",
+        };
+        format!(
+            "Bearing {} is not as stated: {} {found} by the data alone instead of {stated}{worn}.",
+            d.bearing, d.symbol
+        )
     })
 }
 

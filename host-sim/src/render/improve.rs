@@ -11,10 +11,15 @@ use super::{PageTable, Section, Story};
 use crate::answers::diagnose::{Addition, FittedAnswer, ImprovementAnswer, StepAnswer};
 use crate::scale::three_digits;
 
+/// What is odd in bearings, runs and data, a sentence each.
+fn remarks(answer: &ImprovementAnswer) -> impl Iterator<Item = String> {
+    let refuted = answer.refuted_runs.iter().map(|r| r.words.clone());
+    findings::not_as_stated(&answer.not_as_stated).chain(refuted).chain(answer.remarks.iter().cloned())
+}
+
 /// The verdict, the parameters and what the data determine; the steps are told before, each by [`step_text`].
 pub fn text(answer: &ImprovementAnswer) -> String {
-    let mut lines: Vec<String> = answer.refuted_runs.iter().map(|r| r.words.clone()).collect();
-    lines.extend(answer.remarks.iter().cloned());
+    let mut lines: Vec<String> = remarks(answer).collect();
     lines.push(findings::noise(&answer.noise));
     lines.extend(findings::planes(&answer.determined));
     let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
@@ -133,7 +138,6 @@ pub fn sections(
 
 /// The verdict, and what was added.
 fn found(answer: &ImprovementAnswer) -> Section {
-    let lines = answer.refuted_runs.iter().map(|r| r.words.clone()).chain(answer.remarks.iter().cloned());
     let seen = answer.steps.iter().map(|s| format!("{}: {}", s.fitted.label, s.explanation));
     let row = |s: &StepAnswer| {
         let line = |line: String| vec![s.fitted.label.clone(), line];
@@ -148,7 +152,7 @@ fn found(answer: &ImprovementAnswer) -> Section {
         heading: "What was found".into(),
         paragraphs: [format!("{}: {}", answer.verdict, answer.summary)]
             .into_iter()
-            .chain(lines)
+            .chain(remarks(answer))
             .chain(seen)
             .collect(),
         tables: if added.rows.is_empty() { Vec::new() } else { vec![added] },

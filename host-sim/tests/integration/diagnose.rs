@@ -1,6 +1,7 @@
 //! `compare`, `diagnose`, `add` and `improve` as a user meets them: the JSON keys that others read, the
 //! loop on the sample, and one clear sentence for each bad input.
 
+mod bearing;
 mod drawing;
 mod mistakes;
 mod probe;

@@ -8,7 +8,7 @@ from typing import Any
 from ..inputs import Rotor
 from ..record import Answer, Record
 from .findings import Determined, Noise, RefutedRun, UnknownCause
-from .identify import IdentifiedCoefficient
+from .identify import Departure, IdentifiedCoefficient
 
 Parameters = dict[str, Any]
 """Values by name; a phasor is its real and imaginary part."""
@@ -91,6 +91,8 @@ class Diagnosis(Answer):
     """As fitted."""
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
+    not_as_stated: tuple[Departure, ...]
+    """Numbers of bearings that are not as stated, where the model is adequate."""
     bad_probe: str | None
     """Name of the probe that does not show what the others do, where the summary says so of one."""
     mistake: Mistake | None
@@ -156,6 +158,8 @@ class Improvement(Answer):
     """As fitted, with all effects."""
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
+    not_as_stated: tuple[Departure, ...]
+    """Numbers of bearings that are not as stated, where the model is adequate."""
     remarks: tuple[str, ...]
     mistake: Mistake | None
     """The mistake in the files for which no effect was added."""

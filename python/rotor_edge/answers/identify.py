@@ -51,3 +51,19 @@ class Identification(Answer):
     chi2_per_value: float
     rotor: Rotor = field(kw_only=True)
     """The identified rotor."""
+
+
+@dataclass(frozen=True, eq=False)
+class Departure(Record):
+    """A number of a bearing that the data contradict, in the SI ``unit``: the 95 % interval does not reach the stated 95 %
+    range."""
+
+    bearing: str
+    symbol: str
+    unit: str
+    value: float
+    """By the data alone, without the stated number."""
+    interval_95: Array
+    stated: float
+    stated_interval_95: Array
+    """Least and most of the stated number by its tolerance."""

@@ -10,7 +10,7 @@ use anyhow::Result;
 use rotor_edge::answers::diagnose::{CandidateAnswer, FittedAnswer};
 use rotor_edge::command::shown;
 use rotor_edge::render::fitted::{machine, steps};
-use rotor_edge::render::{ComparedModel, Drawing, findings, verdict};
+use rotor_edge::render::{ComparedModel, Drawing, diagnose, findings, verdict};
 use rotor_edge::scale::three_digits;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::significance::percent;
@@ -211,8 +211,7 @@ fn verdict_view(analysis: &Analysis, diagnosis: Option<&DiagnosisState>) -> Verd
     let preliminary = || verdict(comparison).into_iter().next().unwrap_or_default();
     let (word, sentence, remarks, progress) = match diagnosis {
         Some(DiagnosisState::Found(found)) => {
-            let refuted = found.refuted_runs.iter().map(|r| r.words.clone());
-            let remarks = refuted.chain(found.remarks.iter().cloned()).collect();
+            let remarks = diagnose::remarks(found).collect();
             (found.verdict.to_string(), found.summary.clone(), remarks, None)
         }
         Some(DiagnosisState::Failed(why)) => ("failed".into(), why.clone(), Vec::new(), None),
