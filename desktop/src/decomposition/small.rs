@@ -32,9 +32,9 @@ mod tests {
     use super::*;
 
     fn numbers(rows: usize, columns: usize) -> DMatrix<C> {
-        // the first pivot is not the largest of its column
-        let entry = |i: usize, j: usize| ((i * 7 + j * 3 + 1) as f64, (i * 2 + j * 5 + 3) as f64);
-        DMatrix::from_fn(rows, columns, |i, j| C::new(entry(i, j).0.sin(), entry(i, j).1.cos()))
+        // the product of row and column keeps the rank from that of a few waves
+        let phase = |i: usize, j: usize| (i * 7 + j * 3 + i * i * j * 5 + 1) as f64;
+        DMatrix::from_fn(rows, columns, |i, j| C::new(phase(i, j).sin(), phase(j, i).cos()))
     }
 
     #[test]
