@@ -1,8 +1,9 @@
 //! Influence of the planes learned from runs with stated weights.
 //!
 //! At every row `Y = Y₀ + H (U + δ) + ε`, plus the [`shift`](super::shift) of a session: U the stated weights, δ how far they are
-//! off in proportion to their size, ε what differs between mountings. Y₀ and H are Gaussian, their prior that of the model; sizes of δ and ε, and of the model's
-//! discrepancy, are those that make the runs most probable (expectation and maximisation: Dempster, Laird and Rubin 1977).
+//! off in proportion to their size, ε what differs between mountings. Y₀ and H are Gaussian, their prior that of the model; sizes of
+//! δ and ε, and of the model's discrepancy, are those that make the runs most probable (expectation and maximisation: Dempster, Laird
+//! and Rubin 1977).
 
 use nalgebra::{Cholesky, Complex, DMatrix, DVector, Dyn};
 

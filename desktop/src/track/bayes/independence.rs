@@ -1,4 +1,4 @@
-//! Independence Metropolis sampler: proposals are drawn from one fixed distribution that covers the target, every third from around
+//! Independence Metropolis sampler: proposals are drawn from one fixed distribution that covers the target, every ninth from around
 //! the present point instead.
 //!
 //! Each accepted independent proposal is independent of the previous point; a random walk in as many dimensions needs hundreds of

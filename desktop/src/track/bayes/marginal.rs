@@ -146,8 +146,8 @@ impl<'a> Marginal<'a> {
         Some((sizes - 0.5 * (misfit + z.norm_squared()) - given.log_det(), given))
     }
 
-    /// Proposals along the ridge through the mode. The mode is the best of searches from `starts`,
-    /// logarithms relative to the prior's mean.
+    /// Proposals along the ridge through the mode. The mode is the best of searches from `starts`, logarithms relative to the prior's
+    /// mean.
     pub fn proposals(&self, starts: &[Logs]) -> Option<Student> {
         let from = |start: &Logs| {
             let mut profile = Profile { of: self, z: self.coordinates(start)? };

@@ -11,9 +11,9 @@
 //!
 //! with the curvature G and the slope g of the misfit at the mode z₀. The map here takes standard coordinates first along the
 //! directions that the prior determines, then across: close to the minimum of this function over the other directions, and from there
-//! their share in units of the width, whose change along the ridge is found by differences. Each coordinate may be
-//! stretched to one side. The volume of the map is known, so that a sampler corrects what the approximation leaves (a transport map: El
-//! Moselhy and Marzouk 2012, Journal of Computational Physics 231, 7815).
+//! their share in units of the width, whose change along the ridge is found by differences. Each coordinate may be stretched to one
+//! side. The volume of the map is known, so that a sampler corrects what the approximation leaves (a transport map: El Moselhy and
+//! Marzouk 2012, Journal of Computational Physics 231, 7815).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -121,8 +121,8 @@ impl Ridge {
             along[direction] = step;
             let Crossing { across, factor } = self.crossing(&along)?;
             let z = &self.mode + &self.along.z * along + &self.across.z * across;
-            let true_one = self.across.z.tr_mul(&(curvature(&z)? * &self.across.z));
-            let half = factor.tr_solve_upper_triangular(&true_one)?;
+            let of_posterior = self.across.z.tr_mul(&(curvature(&z)? * &self.across.z));
+            let half = factor.tr_solve_upper_triangular(&of_posterior)?;
             change += factor.tr_solve_upper_triangular(&half.transpose())? * (0.5 * step);
         }
         Some(change)
