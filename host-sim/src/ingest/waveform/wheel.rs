@@ -13,6 +13,8 @@ const MOST_MISSING: [usize; 2] = [6, 3];
 const GAP: f64 = 1.3;
 /// Intervals repeat if what differs is less than this part of the time.
 const REPEATED: f64 = 0.05;
+/// A length between two pulses may be a sample longer or shorter than another that is as long, and the usual one a part of that.
+const SLACK: f64 = 1.5;
 /// A turn is whole intervals if no more than this is left, in intervals.
 const UNEVEN: f64 = 0.2;
 
@@ -80,7 +82,8 @@ fn gap(intervals: &[f64], period: usize) -> Option<(usize, f64)> {
         let usual = || sorted.iter().filter(|d| **d <= GAP * middle);
         Some(usual().sum::<f64>() / usual().count() as f64)
     };
-    let is_gap = |at: usize, unit: f64| intervals.get(at).is_some_and(|d| *d > GAP * unit);
+    let is_gap =
+        |at: usize, unit: f64| intervals.get(at).is_some_and(|d| *d > (GAP * unit).max(unit + SLACK));
     (0..period.min(intervals.len())).find_map(|at| {
         let unit = usual(at)?;
         (is_gap(at, unit) && is_gap(at + period, unit)).then_some((at, unit))
@@ -150,6 +153,15 @@ mod tests {
         }
         let says = turns("a.csv: channel kph", &pulses, 7).unwrap_err().to_string();
         assert!(says.contains("gives 6 pulses a turn with a gap as long as 3.0"), "{says}");
+    }
+
+    #[test]
+    fn teeth_of_few_samples_have_no_gap_and_count_as_stated() {
+        // 60 teeth at 1493 rpm and 5,000 samples/s: intervals of three and four samples
+        let pulses = at((0..3000).map(|k| (3.349 * f64::from(k)).ceil() as usize));
+        let found = turns("a.csv", &pulses, 60).unwrap();
+        assert_eq!((found.missing_teeth, found.missed, found.is_after_gap), (0, 0, false));
+        assert_eq!(found.marks.len(), 50);
     }
 
     #[test]

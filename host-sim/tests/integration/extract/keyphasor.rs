@@ -98,6 +98,20 @@ fn wheel_with_missing_teeth_gives_phases_from_its_gap() {
 }
 
 #[test]
+fn wheel_whose_teeth_nobody_stated_is_refused_with_their_number() {
+    let folder = Folder::new();
+    for (speed_rpm, teeth) in [(1500.0, 60.0), (1493.0, 60.0), (1500.0, 24.0)] {
+        let recording = Recording { speed_rpm, ..Recording::default() };
+        let wheel = file(&folder, &recording, |t| if (teeth * t).rem_euclid(1.0) < 0.5 { 5.0 } else { 0.0 });
+        let stated = format!("--pulses {teeth}");
+        assert_says(
+            &refused(&folder, &wheel, &DC),
+            &[&format!("1/{teeth} of the marks' frequency"), &stated],
+        );
+    }
+}
+
+#[test]
 fn tacho_of_41_samples_a_turn_loses_no_window() {
     let folder = Folder::new();
     for samples in [41.0, 61.0, 97.0] {
