@@ -6,7 +6,8 @@
 //! | `encoding`, `number`, `calendar` | characters, numbers and moments as exports write them |
 //! | `table` | where in a sheet the header and the rows are |
 //! | `sampling_preamble` | what stands above samples: rate, turns, unit |
-//! | `sampled`, `samples` | tables whose rows are samples, and channels of samples |
+//! | `sampled`, `samples`, `sample_times` | tables whose rows are samples, channels of samples, and their times |
+//! | `streamed` | channels that stay in their file |
 //! | `words`, `phrases`, `header`, `probes` | what a column's header says: quantity, unit, probe |
 //! | `preamble`, `sensitivity` | what the lines above a table state |
 //! | `conditions` | headers of temperatures, pressures and loads |
@@ -27,12 +28,14 @@ mod phrases;
 mod preamble;
 mod probes;
 pub mod readings;
+mod sample_times;
 mod sampled;
 mod samples;
 mod sampling_preamble;
 mod sensitivity;
 mod sheet;
 mod sheets;
+mod streamed;
 mod table;
 pub(crate) mod target;
 pub(crate) mod unit;

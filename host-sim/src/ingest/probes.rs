@@ -1,5 +1,7 @@
 //! Names of probes: as the rotor's file has them, or as the export writes them.
 
+use std::collections::BTreeSet;
+
 use super::table::ReadingTable;
 use super::words::order;
 
@@ -14,7 +16,7 @@ pub struct Probes {
 
 impl Probes {
     pub fn new(of_rotor: Option<Vec<String>>, table: &ReadingTable) -> Self {
-        let words: Vec<String> = table
+        let words: BTreeSet<String> = table
             .columns
             .iter()
             .flat_map(|c| {

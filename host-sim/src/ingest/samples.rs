@@ -1,13 +1,14 @@
 //! Sampled channels, whatever file they are from.
 
+use std::collections::{HashMap, HashSet};
+
 use anyhow::{Result, bail};
 
 use super::header::{ChannelRole, channel_role, meaning};
+use super::sample_times::{ramp, rate};
 use super::sampling_preamble::SamplingPreamble;
+use super::streamed::{Cursor, Streamed};
 use super::unit::{TimeUnit, Unit};
-
-/// A step of time may be this much longer or shorter than the mean, relative; a lost row is a step twice as long.
-const LARGEST_JITTER: f64 = 0.5;
 
 /// The channels of one recording, all sampled at the same moments.
 #[derive(Debug, Clone)]
@@ -76,6 +77,8 @@ pub enum Samples {
     Counts(Vec<i16>),
     /// Numbers in the file's unit, or counts with fractions.
     Values(Vec<f64>),
+    /// Counts or numbers that stay in their file.
+    Streamed(Streamed),
 }
 
 impl Samples {
@@ -83,6 +86,16 @@ impl Samples {
         match self {
             Self::Counts(counts) => counts.len(),
             Self::Values(values) => values.len(),
+            Self::Streamed(streamed) => streamed.len(),
+        }
+    }
+
+    /// Whether they are counts of a 16-bit converter without fractions.
+    pub fn is_counts(&self) -> bool {
+        match self {
+            Self::Counts(_) => true,
+            Self::Values(_) => false,
+            Self::Streamed(streamed) => streamed.is_counts(),
         }
     }
 
@@ -91,6 +104,22 @@ impl Samples {
         match self {
             Self::Counts(counts) => f64::from(counts[place]),
             Self::Values(values) => values[place],
+            Self::Streamed(streamed) => streamed.at(place),
+        }
+    }
+
+    /// All numbers in order.
+    pub fn iter(&self) -> SamplesIter<'_> {
+        let cursor = if let Self::Streamed(streamed) = self { Some(streamed.cursor()) } else { None };
+        SamplesIter { samples: self, cursor, next: 0, end: self.len() }
+    }
+
+    /// The first that is not a finite number.
+    fn not_finite(&self) -> Option<usize> {
+        match self {
+            Self::Counts(_) => None,
+            Self::Values(values) => values.iter().position(|value| !value.is_finite()),
+            Self::Streamed(streamed) => streamed.not_finite(),
         }
     }
 
@@ -101,7 +130,34 @@ impl Samples {
         match self {
             Self::Counts(counts) => ends(&mut counts.iter().map(|count| f64::from(*count))),
             Self::Values(values) => ends(&mut values.iter().copied()),
+            Self::Streamed(streamed) => streamed.extremes(),
         }
+    }
+}
+
+/// The numbers of a channel.
+#[derive(Debug)]
+pub struct SamplesIter<'a> {
+    samples: &'a Samples,
+    /// Where they stay in their file.
+    cursor: Option<Cursor<'a>>,
+    next: usize,
+    end: usize,
+}
+
+impl Iterator for SamplesIter<'_> {
+    type Item = f64;
+
+    fn next(&mut self) -> Option<f64> {
+        let place = self.next;
+        if place == self.end {
+            return None;
+        }
+        self.next += 1;
+        Some(match &mut self.cursor {
+            Some(cursor) => cursor.at(place),
+            None => self.samples.at(place),
+        })
     }
 }
 
@@ -128,13 +184,14 @@ impl Waveform {
             }
         };
         let mut channels: Vec<Channel> = Vec::new();
-        let mut time: Option<(Option<TimeUnit>, SampleColumn)> = None;
+        let mut time: Option<((bool, bool), Option<TimeUnit>, SampleColumn)> = None;
         for (role, ramp, column) in columns.into_iter().map(role) {
             let (name, unit, is_speed) = match role {
                 ChannelRole::Time(unit) => {
-                    // of several times, the first that states its unit
-                    if time.as_ref().is_none_or(|(known, _)| known.is_none() && unit.is_some()) {
-                        time = Some((unit, column));
+                    // of several times, the first that rises and states its unit
+                    let says = (ramp.is_some(), unit.is_some());
+                    if time.as_ref().is_none_or(|(known, _, _)| says > *known) {
+                        time = Some((says, unit, column));
                     }
                     continue;
                 }
@@ -145,16 +202,18 @@ impl Waveform {
             channels.push(Channel { number, header, name, unit, is_speed, ramp, samples });
         }
         let names: Vec<String> = channels.iter().map(|c| c.name.to_lowercase()).collect();
-        for (i, channel) in channels.iter_mut().enumerate() {
+        let mut times: HashMap<&str, usize> = HashMap::new();
+        names.iter().for_each(|name| *times.entry(name).or_default() += 1);
+        for (name, channel) in names.iter().zip(&mut channels) {
             // a name without its unit must still be one of its own
-            if names.iter().filter(|name| **name == names[i]).count() > 1 {
+            if times[name.as_str()] > 1 {
                 channel.name.clone_from(&channel.header);
             }
         }
         let length = channels.first().map_or(0, |c| c.samples.len());
         // times of another length are those of something else
-        let time = time.filter(|(_, times)| rate_hz.is_none() && times.samples.len() == length);
-        let rate = time.map(|(unit, times)| {
+        let time = time.filter(|(_, _, times)| rate_hz.is_none() && times.samples.len() == length);
+        let rate = time.map(|(_, unit, times)| {
             let unit_s = unit.map_or(1.0, TimeUnit::seconds);
             let times_s: Vec<f64> = (0..times.samples.len()).map(|n| unit_s * times.samples.at(n)).collect();
             rate(file, &times.header, &times_s)
@@ -168,7 +227,7 @@ impl Waveform {
     }
 
     fn of_channels(file: &str, channels: Vec<Channel>) -> Self {
-        let of_counts = channels.iter().any(|c| matches!(c.samples, Samples::Counts(_)));
+        let of_counts = channels.iter().any(|c| c.samples.is_counts());
         let scale = if of_counts { Scale::Counts } else { Scale::Unit };
         let preamble = SamplingPreamble::default();
         Self { file: file.into(), rate_hz: None, uneven: None, scale, channels, preamble }
@@ -181,9 +240,10 @@ impl Waveform {
         let Some(first) = self.channels.first().filter(|c| c.samples.len() > 0) else {
             bail!("{file}: there is no sample, expected those of the probes and of the keyphasor");
         };
-        for (i, channel) in self.channels.iter().enumerate() {
+        let mut names = HashSet::new();
+        for channel in &self.channels {
             let name = &channel.header;
-            if self.channels[..i].iter().any(|other| other.header == *name) {
+            if !names.insert(name) {
                 bail!("{file}: two channels are called {name}, expected a name for each");
             }
             let (len, expected) = (channel.samples.len(), first.samples.len());
@@ -193,13 +253,24 @@ impl Waveform {
                     first.header
                 );
             }
-            if let Samples::Values(values) = &channel.samples
-                && let Some(at) = values.iter().position(|v| !v.is_finite())
-            {
+            if let Some(at) = channel.samples.not_finite() {
                 bail!("{file}: channel {name}: sample {} is not a finite number", at + 1);
             }
         }
-        Ok(())
+        self.check_read()
+    }
+
+    /// # Errors
+    /// If samples that stay in their file could not be read.
+    pub fn check_read(&self) -> Result<()> {
+        let failed = |channel: &Channel| match &channel.samples {
+            Samples::Streamed(streamed) => streamed.failed().map(ToString::to_string),
+            _ => None,
+        };
+        match self.channels.iter().find_map(failed) {
+            Some(why) => bail!("{}: cannot be read to its end: {why}", self.file),
+            None => Ok(()),
+        }
     }
 
     /// The channel of this name, or else of this number.
@@ -228,9 +299,6 @@ impl Waveform {
 
 /// What time columns are called where no word of a header says so.
 const TIMES: [&str; 9] = ["t", "x", "x-axis", "elapsed", "seconds", "tsec", "tvec", "timevec", "xvalue"];
-/// Fewer samples are no ramp.
-const SHORTEST_RAMP: usize = 8;
-
 /// The unit that a column would have as a time, if its header states one or is called as times are.
 fn time_unit(column: &SampleColumn) -> Option<Option<TimeUnit>> {
     let stated = meaning(&format!("{} {}", column.header, column.unit), |_| false).stated.time;
@@ -243,44 +311,6 @@ fn time_unit(column: &SampleColumn) -> Option<Option<TimeUnit>> {
     // another unit, such as degrees, is none of time
     let is_bare = column.unit.is_empty();
     (stated.is_some() || (is_called && is_bare && !is_numbers)).then_some(stated)
-}
-
-/// The step of numbers that rise evenly from the first to the last.
-fn ramp(samples: &Samples) -> Option<f64> {
-    let last = samples.len().checked_sub(1).filter(|last| *last + 1 >= SHORTEST_RAMP)?;
-    let step = (samples.at(last) - samples.at(0)) / last as f64;
-    let is_on_line = |n: usize| (samples.at(n) - samples.at(0) - step * n as f64).abs() <= step;
-    (step > 0.0 && (1..last).all(|n| samples.at(n) >= samples.at(n - 1) && is_on_line(n))).then_some(step)
-}
-
-/// Samples a second of evenly spaced times, or a sentence with the first uneven step.
-fn rate(file: &str, column: &str, times_s: &[f64]) -> Result<f64, String> {
-    let (Some(first), Some(last)) = (times_s.first(), times_s.last()) else { return Ok(f64::NAN) };
-    let mean_s = (last - first) / (times_s.len() - 1) as f64;
-    if is_rounded(times_s, mean_s) {
-        return Ok(1.0 / mean_s);
-    }
-    let is_even = |step: f64| ((step / mean_s) - 1.0).abs() <= LARGEST_JITTER;
-    match times_s.windows(2).position(|pair| !is_even(pair[1] - pair[0])) {
-        Some(i) => Err(format!(
-            "{file}: sample {}, column {column}: goes from {} to {}, expected steps of {mean_s:.6e} s, or --rate-hz if the \
-             samples are even",
-            i + 2,
-            times_s[i],
-            times_s[i + 1]
-        )),
-        None => Ok(1.0 / mean_s),
-    }
-}
-
-/// Whether times repeat because they are written with too few digits: each is within a digit of an even one.
-fn is_rounded(times_s: &[f64], mean_s: f64) -> bool {
-    let steps = || times_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let Some(digit) = steps().filter(|step| *step > 0.0).reduce(f64::min) else { return false };
-    let is_near = |(n, time): (usize, &f64)| (time - times_s[0] - mean_s * n as f64).abs() <= 1.01 * digit;
-    steps().all(|step| step >= 0.0)
-        && steps().any(|step| step == 0.0)
-        && times_s.iter().enumerate().all(is_near)
 }
 
 #[cfg(test)]

@@ -7,9 +7,10 @@ pub fn table(columns: &[impl AsRef<str>], rows: &[impl AsRef<[String]>]) -> Stri
         row => rows[row - 1].as_ref()[column].as_str(),
     };
     let width = |c: usize| (0..=rows.len()).map(|row| cells(row, c).chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns.len()).map(width).collect();
     let line = |row: usize| {
-        let line: String =
-            (0..columns.len()).map(|c| format!("  {:<w$}", cells(row, c), w = width(c))).collect();
+        let cell = |(c, width): (usize, &usize)| format!("  {:<width$}", cells(row, c));
+        let line: String = widths.iter().enumerate().map(cell).collect();
         format!("{}\n", line.trim_end())
     };
     (0..=rows.len()).map(line).collect()

@@ -80,6 +80,7 @@ impl Array {
         let pick = |c: usize| match &self.all {
             Samples::Counts(all) => Samples::Counts(picked(all, c * from, step, samples)),
             Samples::Values(all) => Samples::Values(picked(all, c * from, step, samples)),
+            Samples::Streamed(_) => self.all.clone(),
         };
         (0..channels).map(pick).collect()
     }
@@ -120,7 +121,7 @@ pub fn of_named(file: &str, arrays: Vec<(String, Array)>) -> Result<Waveform> {
     }
     let waveform = Waveform::of_columns(file, rate_hz, all);
     let channels = &waveform.channels;
-    let counts = channels.iter().filter(|c| matches!(c.samples, Samples::Counts(_))).count();
+    let counts = channels.iter().filter(|c| c.samples.is_counts()).count();
     if ![0, channels.len()].contains(&counts) {
         bail!("{file}: some channels hold counts (16-bit integers) and others do not, expected one kind");
     }

@@ -7,7 +7,7 @@ use super::super::sheet::{Cell, SheetRow};
 use super::super::sheets::Sheet;
 use super::{Content, Format};
 
-pub const JSON_LINES: Format = Format { extensions: &["jsonl"], is, read };
+pub const JSON_LINES: Format = Format::of(&["jsonl"], is, read);
 
 fn is(bytes: &[u8]) -> bool {
     bytes.starts_with(b"{\"")

@@ -12,9 +12,11 @@ mod unpacked;
 mod wav;
 mod workbook;
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, anyhow, bail};
 
 use super::samples::Waveform;
 use super::sheet::SheetRow;
@@ -35,17 +37,32 @@ struct Format {
     /// Whether the bytes of a file are of this format; never for text, which is told by being no other.
     is: fn(bytes: &[u8]) -> bool,
     read: fn(file: &str, bytes: &[u8]) -> Result<Content>,
+    /// Reads a recording that stays in its file, where that is possible.
+    open: Option<fn(file: &str, opened: File) -> Result<Content>>,
 }
+
+impl Format {
+    const fn of(
+        extensions: &'static [&'static str],
+        is: fn(&[u8]) -> bool,
+        read: fn(&str, &[u8]) -> Result<Content>,
+    ) -> Self {
+        Self { extensions, is, read, open: None }
+    }
+}
+
+/// Bytes of a file by which recordings that stay there are known.
+const HEAD_BYTES: u64 = 64;
 
 /// Text stands first; a workbook is any other archive.
 const FORMATS: [Format; 7] = [
-    Format { extensions: &["csv", "tsv", "txt", "lvm", "asc", "dat"], is: |_| false, read: read_text },
-    Format { extensions: &["wav", "rf64"], is: wav::is, read: wav::read },
-    Format { extensions: &["npy"], is: numpy::is_array, read: numpy::read_array },
-    Format { extensions: &["npz"], is: numpy::is_archive, read: numpy::read_archive },
-    Format { extensions: &["mat"], is: matlab::is, read: matlab::read },
-    Format { extensions: &["xlsx", "xls", "ods"], is: workbook::is, read: workbook::read },
-    Format { extensions: &["parquet"], is: is_parquet, read: read_parquet },
+    Format::of(&["csv", "tsv", "txt", "lvm", "asc", "dat"], |_| false, read_text),
+    Format { open: Some(wav::open), ..Format::of(&["wav", "rf64"], wav::is, wav::read) },
+    Format::of(&["npy"], numpy::is_array, numpy::read_array),
+    Format::of(&["npz"], numpy::is_archive, numpy::read_archive),
+    Format::of(&["mat"], matlab::is, matlab::read),
+    Format::of(&["xlsx", "xls", "ods"], workbook::is, workbook::read),
+    Format::of(&["parquet"], is_parquet, read_parquet),
 ];
 
 /// The sheets of a file of readings, by what it holds, whatever it is called; rows of a header score most.
@@ -59,6 +76,12 @@ pub fn sheets(path: &Path, score: fn(&SheetRow) -> usize) -> Result<Vec<Sheet>> 
 /// The same with these formats, text first.
 fn sheets_of(formats: &[Format], path: &Path, score: fn(&SheetRow) -> usize) -> Result<Vec<Sheet>> {
     let file = path.display().to_string();
+    let mut head = Vec::new();
+    opened(path)?.take(HEAD_BYTES).read_to_end(&mut head).with_context(|| unread(path))?;
+    // a recording that stays in its file may be larger than the memory
+    if formats.iter().any(|format| format.open.is_some() && (format.is)(&head)) {
+        return Err(no_readings(&file));
+    }
     let bytes = bytes(path)?;
     if bytes.is_empty() {
         bail!("{file}: is empty, expected a table of measurements");
@@ -67,12 +90,12 @@ fn sheets_of(formats: &[Format], path: &Path, score: fn(&SheetRow) -> usize) -> 
     match (format.read)(&file, &bytes)? {
         Content::Sheets(sheets) => Ok(sheets),
         Content::Text(text) => Ok(vec![Sheet::of_text(text, score)?]),
-        Content::Waveform(_) => {
-            bail!(
-                "{file}: holds samples of channels, expected a table of readings; `rotor-edge extract` reads it"
-            )
-        }
+        Content::Waveform(_) => Err(no_readings(&file)),
     }
+}
+
+fn no_readings(file: &str) -> Error {
+    anyhow!("{file}: holds samples of channels, expected a table of readings; `rotor-edge extract` reads it")
 }
 
 /// What a recording holds, by the extension of its file.
@@ -86,11 +109,22 @@ pub fn recording(path: &Path) -> Result<Content> {
         let known = FORMATS.map(|format| format!(".{}", format.extensions[0])).join(", ");
         bail!("{file}: the extension names no supported format of waveforms, expected one of {known}");
     };
-    (format.read)(&file, &bytes(path)?)
+    match format.open {
+        Some(open) => open(&file, opened(path)?),
+        None => (format.read)(&file, &bytes(path)?),
+    }
+}
+
+fn opened(path: &Path) -> Result<File> {
+    File::open(path).with_context(|| unread(path))
+}
+
+fn unread(path: &Path) -> String {
+    format!("{}: cannot be read", path.display())
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).with_context(|| format!("{}: cannot be read", path.display()))
+    std::fs::read(path).with_context(|| unread(path))
 }
 
 fn read_text(file: &str, bytes: &[u8]) -> Result<Content> {

@@ -3,9 +3,14 @@
 //! Sizes in the file are claims: a recorder that streams or was stopped leaves none, 0 or all ones. Data then end where the
 //! file does, and the last frame counts if it is whole, as SciPy and FFmpeg read it.
 
+use std::fs::File;
+use std::ops::Range;
+use std::sync::Mutex;
+
 use anyhow::{Context, Result, bail};
 
 use super::super::samples::{Samples, Scale, Waveform};
+use super::super::streamed::{Encoding, Frames, Kind, Source, Streamed};
 use super::Content;
 
 /// First words of files, with the order of their bytes and whether sizes may be of 64 bits.
@@ -15,8 +20,12 @@ const KINDS: [(&[u8; 4], ByteOrder); 4] = [
     (b"BW64", ByteOrder::Little),
     (b"RIFX", ByteOrder::Big),
 ];
+/// Kind, size and kind of the form.
+const FORM_HEAD: usize = 12;
 /// Name and size of a chunk.
-const CHUNK_HEAD: usize = 8;
+const CHUNK_HEAD: u64 = 8;
+/// Bytes of a format that are looked at.
+const LONGEST_FORMAT: usize = 64;
 /// Numbers of formats.
 const INTEGERS: u16 = 1;
 const FLOATS: u16 = 3;
@@ -87,114 +96,126 @@ impl Format {
 /// Sixteen bits are taken as they are; other integers become counts of a 16-bit converter with fractions, which keeps one
 /// meaning of full scale.
 pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
-    let order = ByteOrder::of(bytes).with_context(|| {
+    of_source(file, Source::Bytes(bytes.to_vec()))
+}
+
+/// The same of an open file, whose samples stay there.
+pub fn open(file: &str, opened: File) -> Result<Content> {
+    of_source(file, Source::File(Mutex::new(opened)))
+}
+
+fn of_source(file: &str, source: Source) -> Result<Content> {
+    let unread = || format!("{file}: cannot be read");
+    let kind = source.read(0, FORM_HEAD).with_context(unread)?;
+    let order = ByteOrder::of(&kind).with_context(|| {
         format!("{file}: cannot be read as WAV, expected a file that begins with RIFF and WAVE")
     })?;
-    let (format, data) = chunks(file, bytes, order)?;
+    let length = source.len().with_context(unread)?;
+    let (format, data) = Chunks { source: &source, length, order }.data(file)?;
     let Format { number, channels, rate_hz, bytes: size } = format;
     if channels == 0 || size == 0 {
         bail!("{file}: its format says {channels} channels of {size} bytes, expected one of each at least");
     }
-    let columns = (0..channels).map(|channel| {
-        let frames = data.chunks_exact(size * channels);
-        let each = frames.map(move |frame| &frame[channel * size..(channel + 1) * size]);
-        samples(each, number, size, order)
-    });
-    let columns: Option<Vec<Samples>> = columns.collect();
-    let Some(columns) = columns else {
-        bail!(
+    let kind = match (number, size) {
+        (INTEGERS, 1) => Kind::Unsigned8,
+        (INTEGERS, 2) => Kind::Integer16,
+        (INTEGERS, 3) => Kind::Integer24,
+        (INTEGERS, 4) => Kind::Integer32,
+        (FLOATS, 4) => Kind::Float32,
+        (FLOATS, 8) => Kind::Float64,
+        _ => bail!(
             "{file}: holds format {number} with {size} bytes a sample, expected PCM of 8 to 32 bits or floats of 32 or 64"
-        );
+        ),
     };
+    let encoding = Encoding { kind, is_big_endian: order == ByteOrder::Big };
+    // the last frame counts if it is whole
+    let frames = (data.end - data.start) / (size * channels) as u64;
+    let frames = usize::try_from(frames).with_context(unread)?;
+    let columns = Streamed::all(Frames::new(source, data.start, frames, channels, encoding));
     let scale = if number == FLOATS { Scale::Fraction } else { Scale::Counts };
+    let columns = columns.into_iter().map(Samples::Streamed);
     let waveform = Waveform::numbered(file, Some(f64::from(rate_hz)), columns);
     Ok(Content::Waveform(Waveform { scale, ..waveform }))
 }
 
-/// The samples of a channel; nothing where the format is another.
-fn samples<'a>(
-    each: impl Iterator<Item = &'a [u8]>,
-    format: u16,
-    size: usize,
+/// The chunks of a file.
+struct Chunks<'a> {
+    source: &'a Source,
+    length: u64,
     order: ByteOrder,
-) -> Option<Samples> {
-    Some(match (format, size) {
-        // a byte is unsigned
-        (INTEGERS, 1) => Samples::Values(each.map(|s| 256.0 * (f64::from(s[0]) - 128.0)).collect()),
-        (INTEGERS, 2) => Samples::Counts(each.map(|s| order.number(s) as u16 as i16).collect()),
-        (INTEGERS, 3 | 4) => {
-            let up = 32 - 8 * size as u32;
-            let count = |s: &[u8]| f64::from(((order.number(s) as u32) << up) as i32) / 65_536.0;
-            Samples::Values(each.map(count).collect())
-        }
-        (FLOATS, 4) => {
-            Samples::Values(each.map(|s| f64::from(f32::from_bits(order.number(s) as u32))).collect())
-        }
-        (FLOATS, 8) => Samples::Values(each.map(|s| f64::from_bits(order.number(s))).collect()),
-        _ => return None,
-    })
 }
 
-/// The format and the bytes of the samples.
-fn chunks<'a>(file: &str, bytes: &'a [u8], order: ByteOrder) -> Result<(Format, &'a [u8])> {
-    let mut format = None;
-    let mut long_size = None;
-    let mut at = 12;
-    while let (Some(name), Some(size)) = (bytes.get(at..at + 4), order.at(bytes, at + 4, 4)) {
-        let body = at + CHUNK_HEAD;
-        let rest = &bytes[body..];
-        if name == b"data" {
-            let Some(format) = format else {
-                bail!("{file}: the chunk data stands before the chunk fmt, expected the format first");
-            };
-            return Ok((format, data(rest, size as u32, long_size, order)));
+impl Chunks<'_> {
+    /// The format, and where the bytes of the samples are.
+    fn data(&self, file: &str) -> Result<(Format, Range<u64>)> {
+        let mut format = None;
+        let mut long_size = None;
+        let mut at = FORM_HEAD as u64;
+        while let Some((name, size)) = self.head(at) {
+            let body = at + CHUNK_HEAD;
+            if &name == b"data" {
+                let Some(format) = format else {
+                    bail!("{file}: the chunk data stands before the chunk fmt, expected the format first");
+                };
+                let end = body.saturating_add(self.data_size(body, size, long_size));
+                return Ok((format, body..end.min(self.length)));
+            }
+            let size = u64::from(size).min(self.length - body);
+            let known = |most: usize| self.read(body, most.min(size as usize));
+            match &name {
+                b"fmt " => format = Format::of(&known(LONGEST_FORMAT), self.order),
+                // size of the file, then that of the data
+                b"ds64" => long_size = self.order.at(&known(16), 8, 8),
+                _ => {}
+            }
+            // a chunk of odd size is followed by a byte of padding, which some writers forget
+            let end = body + size;
+            let is_unpadded = size % 2 == 1 && !self.is_name(end + 1) && self.is_name(end);
+            at = if is_unpadded { end } else { end + size % 2 };
         }
-        let size = usize::try_from(size).unwrap_or(usize::MAX).min(rest.len());
-        match name {
-            b"fmt " => format = Format::of(&rest[..size], order),
-            // size of the file, then that of the data
-            b"ds64" => long_size = order.at(rest, 8, 8),
-            _ => {}
+        match format {
+            Some(_) => bail!("{file}: ends before the chunk data, expected samples"),
+            None => bail!("{file}: has no chunk fmt, expected one that says channels and rate"),
         }
-        // a chunk of odd size is followed by a byte of padding, which some writers forget
-        let end = body + size;
-        at = if size % 2 == 1 && !is_name(bytes, end + 1) && is_name(bytes, end) {
-            end
-        } else {
-            end + size % 2
-        };
     }
-    match format {
-        Some(_) => bail!("{file}: ends before the chunk data, expected samples"),
-        None => bail!("{file}: has no chunk fmt, expected one that says channels and rate"),
+
+    /// Bytes of the file; fewer at its end.
+    fn read(&self, at: u64, length: usize) -> Vec<u8> {
+        self.source.read(at, length).unwrap_or_default()
     }
-}
 
-/// Whether there is the name of a chunk at a place.
-fn is_name(bytes: &[u8], at: usize) -> bool {
-    bytes.get(at..at + 4).is_some_and(|name| name.iter().all(|byte| (b' '..=b'~').contains(byte)))
-}
+    /// Name and size of a chunk.
+    fn head(&self, at: u64) -> Option<([u8; 4], u32)> {
+        let bytes = self.read(at, CHUNK_HEAD as usize);
+        Some((bytes.get(..4)?.try_into().ok()?, self.order.at(&bytes, 4, 4)? as u32))
+    }
 
-/// As many bytes as are stated, or all where none are.
-fn data(rest: &[u8], size: u32, long_size: Option<u64>, order: ByteOrder) -> &[u8] {
-    let stated = match (size, long_size) {
-        (UNKNOWN, Some(long)) if long > 0 && long != u64::MAX => usize::try_from(long).unwrap_or(usize::MAX),
-        (UNKNOWN, _) => usize::MAX,
-        // no data at all, if other chunks fill the file
-        (0, _) if fills(rest, order) => 0,
-        (0, _) => usize::MAX,
-        (size, _) => size as usize,
-    };
-    &rest[..stated.min(rest.len())]
-}
+    /// Whether there is the name of a chunk at a place.
+    fn is_name(&self, at: u64) -> bool {
+        let name = self.read(at, 4);
+        name.len() == 4 && name.iter().all(|byte| (b' '..=b'~').contains(byte))
+    }
 
-/// Whether bytes are a chunk that ends where they do.
-fn fills(rest: &[u8], order: ByteOrder) -> bool {
-    is_name(rest, 0)
-        && order.at(rest, 4, 4).is_some_and(|size| {
-            let end = CHUNK_HEAD as u64 + size;
-            end == rest.len() as u64 || end + size % 2 == rest.len() as u64
-        })
+    /// Bytes of the samples as stated, or the most where nothing is.
+    fn data_size(&self, body: u64, size: u32, long_size: Option<u64>) -> u64 {
+        match (size, long_size) {
+            (UNKNOWN, Some(long)) if long > 0 => long,
+            (UNKNOWN, _) => u64::MAX,
+            // no data at all, if other chunks fill the file
+            (0, _) if self.fills(body) => 0,
+            (0, _) => u64::MAX,
+            (size, _) => size.into(),
+        }
+    }
+
+    /// Whether bytes are a chunk that ends where the file does.
+    fn fills(&self, at: u64) -> bool {
+        self.is_name(at)
+            && self.head(at).is_some_and(|(_, size)| {
+                let end = at + CHUNK_HEAD + u64::from(size);
+                end == self.length || end + u64::from(size % 2) == self.length
+            })
+    }
 }
 
 #[cfg(test)]
@@ -224,10 +245,7 @@ mod tests {
 
     fn counts(bytes: &[u8]) -> Vec<Vec<i16>> {
         let Content::Waveform(waveform) = read("a.wav", bytes).unwrap() else { panic!("a waveform") };
-        let of = |samples: &Samples| match samples {
-            Samples::Counts(counts) => counts.clone(),
-            Samples::Values(values) => values.iter().map(|v| *v as i16).collect(),
-        };
+        let of = |samples: &Samples| samples.iter().map(|value| value as i16).collect();
         waveform.channels.iter().map(|channel| of(&channel.samples)).collect()
     }
 

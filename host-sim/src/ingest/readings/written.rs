@@ -1,5 +1,6 @@
 //! The readings as `measured.csv`, with everything that made them in its header comment.
 
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -84,6 +85,7 @@ impl ImportResult {
     /// The mapping with everything that was recognised written out.
     pub fn whole(&self, mapping: &Mapping) -> Mapping {
         let mut column: Vec<Rule> = Vec::new();
+        let mut ruled: HashSet<String> = HashSet::new();
         for (_, plan) in &self.plans {
             let stated = plan.columns.iter().map(|c| (c.index + 1, &c.header, c.target.clone()));
             let left = plan.left.iter().map(|l| {
@@ -95,10 +97,12 @@ impl ImportResult {
                 (l.number, &l.header, to)
             });
             let all: Vec<(usize, &String, Target)> = stated.chain(left).collect();
+            let mut times: HashMap<&str, usize> = HashMap::new();
+            all.iter().for_each(|(_, header, _)| *times.entry(header.as_str()).or_default() += 1);
             for (number, header, to) in &all {
-                let unique = all.iter().filter(|(_, other, _)| other == header).count() == 1;
-                let from = if unique { header.to_string() } else { number.to_string() };
-                if !column.iter().any(|rule| rule.from == from) {
+                let is_unique = times[header.as_str()] == 1;
+                let from = if is_unique { header.to_string() } else { number.to_string() };
+                if ruled.insert(from.clone()) {
                     column.push(Rule { from, to: to.clone() });
                 }
             }

@@ -1,5 +1,7 @@
 //! Which channel is which probe, and which the keyphasor.
 
+use std::collections::HashMap;
+
 use anyhow::{Result, bail};
 
 use super::settings::Settings;
@@ -64,13 +66,20 @@ pub fn probes<'a>(
     if let Some((option, probe)) = stated_probes.chain(sensed).find(|(_, probe)| !names.contains(probe)) {
         bail!("{option} {probe}: there is no such probe, expected one of {}", names.join(", "));
     }
+    // the first channel that may be a probe's
+    let mut named: HashMap<String, &Channel> = HashMap::new();
+    for channel in others().filter(|channel| channel.may_vibrate()) {
+        if let Some(probe) = known.named(&channel.name) {
+            named.entry(probe).or_insert(channel);
+        }
+    }
     let mut all: Vec<Assignment> = Vec::new();
+    let mut taken: HashMap<usize, usize> = HashMap::new();
     for probe in names {
         let channel = match stated(&probe) {
             Some(assigned) => waveform.channel(&assigned.channel, &format!("--channel {probe}"))?,
-            None => match others().find(|c| c.may_vibrate() && known.named(&c.name).as_ref() == Some(&probe))
-            {
-                Some(channel) => channel,
+            None => match named.get(&probe) {
+                Some(channel) => *channel,
                 None => bail!(
                     "{file}: no channel is named as the probe {probe}, expected --channel {probe}= with one of {}",
                     waveform.names()
@@ -80,8 +89,9 @@ pub fn probes<'a>(
         if is_key(channel) {
             bail!("{file}: channel {} is the keyphasor and cannot be the probe {probe}", channel.header);
         }
-        if let Some(other) = all.iter().find(|other| other.channel.number == channel.number) {
-            bail!("{file}: channel {} cannot be the probes {} and {probe}", channel.header, other.probe);
+        if let Some(other) = taken.insert(channel.number, all.len()) {
+            let other = &all[other].probe;
+            bail!("{file}: channel {} cannot be the probes {other} and {probe}", channel.header);
         }
         if let Some(unit) = channel.unit.filter(|unit| settings.unit() == Unit::Volt && *unit != Unit::Volt) {
             bail!(

@@ -1,8 +1,6 @@
 //! Numbers as counts of a 16-bit converter, which is what the core takes.
 
-use std::borrow::Cow;
-
-use crate::ingest::samples::Samples;
+use crate::ingest::samples::{Samples, SamplesIter};
 
 /// Count of the highest number; above it are the rails, where a sample is clipped.
 const LARGEST_COUNT: f64 = 32_000.0;
@@ -15,11 +13,55 @@ const STEEPEST_PEAK: f64 = 2.5;
 /// Channels that share one scale.
 #[derive(Debug)]
 pub struct ConvertedChannels<'a> {
-    pub counts: Vec<Cow<'a, [i16]>>,
+    pub channels: Vec<ChannelCounts<'a>>,
     /// What a count stands for, in the numbers of the channels.
     pub step: f64,
     /// What no count stands for.
     pub zero: f64,
+}
+
+/// A channel as counts, which are made one by one: those of a long recording need no memory.
+#[derive(Debug)]
+pub struct ChannelCounts<'a> {
+    samples: &'a Samples,
+    step: f64,
+    zero: f64,
+    /// Numbers that are clipped below and above.
+    held: [Option<f64>; 2],
+}
+
+impl<'a> ChannelCounts<'a> {
+    pub fn len(&self) -> usize {
+        self.samples.len()
+    }
+
+    pub fn iter(&self) -> CountsIter<'a> {
+        let &Self { samples, step, zero, held } = self;
+        CountsIter { values: samples.iter(), is_counts: samples.is_counts(), step, zero, held }
+    }
+}
+
+#[derive(Debug)]
+pub struct CountsIter<'a> {
+    values: SamplesIter<'a>,
+    is_counts: bool,
+    step: f64,
+    zero: f64,
+    held: [Option<f64>; 2],
+}
+
+impl Iterator for CountsIter<'_> {
+    type Item = i16;
+
+    fn next(&mut self) -> Option<i16> {
+        let value = self.values.next()?;
+        Some(match value {
+            value if self.is_counts => value as i16,
+            value if self.held[0] == Some(value) => i16::MIN,
+            value if self.held[1] == Some(value) => i16::MAX,
+            value => ((value - self.zero) / self.step).round() as i16,
+        })
+    }
 }
 
 impl<'a> ConvertedChannels<'a> {
@@ -32,43 +74,33 @@ impl<'a> ConvertedChannels<'a> {
 
     /// The same with these as the lowest and the highest of all; numbers beyond them are held near them.
     pub fn within(channels: &[&'a Samples], [lowest, highest]: [f64; 2]) -> Self {
-        let is_counts = channels.iter().all(|s| matches!(s, Samples::Counts(_)));
+        let is_counts = channels.iter().all(|s| s.is_counts());
         let [step, zero] = match is_counts || lowest == highest {
             true => [1.0, 0.0],
             false => [0.5 * (highest - lowest) / LARGEST_COUNT, 0.5 * (lowest + highest)],
         };
-        let counts = channels.iter().map(|samples| match samples {
-            Samples::Counts(counts) => Cow::Borrowed(&counts[..]),
-            Samples::Values(values) => {
-                Cow::Owned(values.iter().map(|value| ((value - zero) / step).round() as i16).collect())
-            }
-        });
-        Self { counts: counts.collect(), step, zero }
+        let channel = |samples: &&'a Samples| ChannelCounts { samples, step, zero, held: [None; 2] };
+        Self { channels: channels.iter().map(channel).collect(), step, zero }
     }
 
     /// The same of probes, where numbers that are clipped are put at the rail, so that the core finds them.
     pub fn of_probes(channels: &[&'a Samples]) -> Self {
         let mut converted = Self::of(channels);
-        for (counts, samples) in converted.counts.iter_mut().zip(channels) {
-            let Samples::Values(values) = samples else { continue };
-            let ends = [(i16::MIN, clipped_at(values, f64::lt)), (i16::MAX, clipped_at(values, f64::gt))];
-            for (rail, held) in ends.into_iter().filter_map(|(rail, held)| Some((rail, held?))) {
-                let at_rail = counts.to_mut().iter_mut().zip(values).filter(|(_, value)| **value == held);
-                at_rail.for_each(|(count, _)| *count = rail);
-            }
+        for channel in converted.channels.iter_mut().filter(|channel| !channel.samples.is_counts()) {
+            channel.held = [clipped_at(channel.samples, f64::lt), clipped_at(channel.samples, f64::gt)];
         }
         converted
     }
 }
 
 /// The outermost number of a channel if the channel is clipped there.
-fn clipped_at(values: &[f64], is_beyond: fn(&f64, &f64) -> bool) -> Option<f64> {
-    let outermost = values.iter().copied().reduce(|a, b| if is_beyond(&b, &a) { b } else { a })?;
-    let steps = || values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+fn clipped_at(samples: &Samples, is_beyond: fn(&f64, &f64) -> bool) -> Option<f64> {
+    let outermost = samples.iter().reduce(|a, b| if is_beyond(&b, &a) { b } else { a })?;
+    let steps = || samples.iter().zip(samples.iter().skip(1)).map(|(a, b)| (b - a).abs());
     let smallest = steps().filter(|step| *step > 0.0).reduce(f64::min)?;
     let (mut held, mut came_by) = (0, 0.0);
-    for (value, step) in values.iter().zip(std::iter::once(0.0).chain(steps())) {
-        if *value == outermost {
+    for (value, step) in samples.iter().zip(std::iter::once(0.0).chain(steps())) {
+        if value == outermost {
             came_by = if held == 0 { step } else { came_by };
             held += 1;
             continue;
@@ -98,16 +130,15 @@ mod tests {
         for (amplitude, limit, resolution, expected) in
             [(1.0, 2.0, 0.0, false), (1.0, 2.0, 0.01, false), (1.0, 0.8, 0.0, true), (1.0, 0.8, 0.001, true)]
         {
-            let values = sine(amplitude, limit, resolution);
-            let found = clipped_at(&values, f64::gt).is_some();
+            let samples = Samples::Values(sine(amplitude, limit, resolution));
+            let found = clipped_at(&samples, f64::gt).is_some();
             assert_eq!(found, expected, "limit {limit}, resolution {resolution}");
-            assert_eq!(clipped_at(&values, f64::lt), None);
-            let samples = Samples::Values(values);
+            assert_eq!(clipped_at(&samples, f64::lt), None);
             let converted = ConvertedChannels::of_probes(&[&samples]);
-            assert_eq!(converted.counts[0].contains(&i16::MAX), expected);
+            assert_eq!(converted.channels[0].iter().any(|count| count == i16::MAX), expected);
         }
         assert_eq!(
-            clipped_at(&[3.0; 50], f64::gt),
+            clipped_at(&Samples::Values(vec![3.0; 50]), f64::gt),
             None,
             "a channel that shows one number is dead and not clipped"
         );
@@ -117,9 +148,10 @@ mod tests {
     fn counts_are_passed_on_unchanged_and_numbers_use_the_range() {
         let counts = Samples::Counts(vec![-5, 7, i16::MAX]);
         let same = ConvertedChannels::of_probes(&[&counts]);
-        assert_eq!((&same.counts[0][..], same.step, same.zero), (&[-5, 7, i16::MAX][..], 1.0, 0.0));
+        let all = |converted: &ConvertedChannels| converted.channels[0].iter().collect::<Vec<_>>();
+        assert_eq!((&all(&same)[..], same.step, same.zero), (&[-5, 7, i16::MAX][..], 1.0, 0.0));
         let values = Samples::Values(vec![-10.0, -9.0, -9.75]);
         let rounded = ConvertedChannels::of(&[&values]);
-        assert_eq!((&rounded.counts[0][..], rounded.zero), (&[-32_000, 32_000, -16_000][..], -9.5));
+        assert_eq!((&all(&rounded)[..], rounded.zero), (&[-32_000, 32_000, -16_000][..], -9.5));
     }
 }

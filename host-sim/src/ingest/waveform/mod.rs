@@ -177,8 +177,9 @@ fn of_file(
     let zero_mv = (converted.zero * unit_per_number * settings.unit().mv()) as f32;
     let config = extraction_config(settings, rate_hz, count, zero_mv);
     let mv_um: Vec<f32> = assigned.iter().map(|a| a.mv_um).collect();
-    let windows = windows::windows(&config, &mv_um, &converted.counts, &marks.all)
-        .with_context(|| format!("{file}: no extraction is possible with these settings"))?;
+    let windows = windows::windows(&config, &mv_um, &converted.channels, &marks.all).with_context(|| {
+        format!("{file}: no extraction is possible with these settings and {rate_hz:.6} samples a second")
+    })?;
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
     let drifted = vectors::drifted(&windows);
@@ -203,6 +204,7 @@ fn of_file(
         false => Vec::new(),
     };
     let spectra = if beside.spectra { turning.spectra(&windows) } else { Vec::new() };
+    waveform.check_read()?;
     Ok(ExtractedFile {
         file: file.clone(),
         run,

@@ -106,7 +106,7 @@ impl Edges<'_> {
         let turned = |count: i16| if falling { -i32::from(count) } else { count.into() };
         let steep = STEEP * (between[1] - between[0]) / converted.step;
         let (mut all, mut heights, mut steep_edges, mut before) = (Vec::new(), Vec::<i32>::new(), 0, 0);
-        for (sample, count) in converted.counts[0].iter().map(|count| turned(*count)).enumerate() {
+        for (sample, count) in converted.channels[0].iter().map(turned).enumerate() {
             if let Some(age) = detector.push(count) {
                 all.push(Mark { sample, age });
                 heights.push(count);
@@ -128,7 +128,7 @@ impl Edges<'_> {
 /// leaves one number.
 fn without_outliers(samples: &Samples, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
     let middle = 0.5 * (low + high);
-    let inside = || (0..samples.len()).map(|n| samples.at(n)).filter(|x| (low..=high).contains(x));
+    let inside = || samples.iter().filter(|x| (low..=high).contains(x));
     let below = inside().filter(|x| *x < middle).count();
     let keeps_lower = 2 * below > inside().count();
     let kept = inside().filter(|x| (*x < middle) == keeps_lower);

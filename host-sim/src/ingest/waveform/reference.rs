@@ -110,6 +110,11 @@ fn synchronous(mut waveform: Waveform, mut settings: Settings, samples: usize) -
         channel.samples = match &channel.samples {
             Samples::Counts(all) => Samples::Counts(extended(all, samples, turns)),
             Samples::Values(all) => Samples::Values(extended(all, samples, turns)),
+            all if all.is_counts() => {
+                let counts: Vec<i16> = all.iter().map(|value| value as i16).collect();
+                Samples::Counts(extended(&counts, samples, turns))
+            }
+            all => Samples::Values(extended(&all.iter().collect::<Vec<_>>(), samples, turns)),
         };
     }
     settings.revolutions = settings.revolutions.min(u16::try_from(turns).unwrap_or(u16::MAX));

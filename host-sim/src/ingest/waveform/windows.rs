@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use rotor_edge_core::extraction::{Extraction, ExtractionConfig, ExtractionError, Extractor, Outcome};
 use rotor_edge_core::reading::ProbeVector;
 
+use super::counts::{ChannelCounts, CountsIter};
 use super::mark::Mark;
 
 /// Probes of an extractor; as many work side by side as there are groups.
@@ -39,11 +40,11 @@ pub struct Window {
 pub fn windows(
     config: &ExtractionConfig<PROBES>,
     mv_um: &[f32],
-    counts: &[impl AsRef<[i16]> + Sync],
+    counts: &[ChannelCounts],
     marks: &[Mark],
 ) -> Result<Vec<Window>, ExtractionError> {
     let groups: Vec<_> = counts.chunks(PROBES).zip(mv_um.chunks(PROBES)).collect();
-    let run = |(counts, mv_um): &(&[_], &[f32])| of_group(config, mv_um, counts, marks);
+    let run = |(counts, mv_um): &(&[ChannelCounts], &[f32])| of_group(config, mv_um, counts, marks);
     let extracted: Vec<Vec<(usize, Extraction<PROBES>)>> =
         groups.par_iter().map(run).collect::<Result<_, _>>()?;
     // windows go by the marks alone, so those of all groups are the same
@@ -76,22 +77,27 @@ fn seen(found: &Extraction<PROBES>, probe: usize) -> ProbeWindow {
 fn of_group(
     config: &ExtractionConfig<PROBES>,
     mv_um: &[f32],
-    counts: &[impl AsRef<[i16]>],
+    counts: &[ChannelCounts],
     marks: &[Mark],
 ) -> Result<Vec<(usize, Extraction<PROBES>)>, ExtractionError> {
     let config = ExtractionConfig {
         scale_mv_um: array::from_fn(|probe| mv_um.get(probe).copied().unwrap_or(1.0)),
         ..*config
     };
-    let samples = counts[0].as_ref().len();
-    // a channel that is not there shows what the first does
-    let channels: [&[i16]; PROBES] = array::from_fn(|probe| counts.get(probe).unwrap_or(&counts[0]).as_ref());
+    let mut channels: Vec<CountsIter> = counts.iter().map(ChannelCounts::iter).collect();
     let mut extractor = Extractor::new(config)?;
     let mut coming = marks.iter().peekable();
     let mut found = Vec::new();
-    for sample in 0..samples {
+    for sample in 0..counts[0].len() {
         let mark = coming.next_if(|mark| mark.sample == sample).map(|mark| mark.age);
-        let result = extractor.push(channels.map(|counts| counts[sample].into()), mark);
+        let mut frame = [0; PROBES];
+        for (place, channel) in frame.iter_mut().zip(&mut channels) {
+            *place = channel.next().map_or(0, i32::from);
+        }
+        // a channel that is not there shows what the first does
+        let first = frame[0];
+        frame[channels.len()..].fill(first);
+        let result = extractor.push(frame, mark);
         found.extend(result.map(|extraction| (sample, extraction)));
     }
     Ok(found)
