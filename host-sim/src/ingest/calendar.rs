@@ -126,7 +126,12 @@ pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Mo
     Some(match unit {
         // "ms" of an epoch is the epoch's
         TimeUnit::Milliseconds if EPOCH_S.contains(&(value / 1e3)) => Moment::Zoned(whole_us(value / 1e3)),
-        TimeUnit::Microseconds
+        TimeUnit::Microseconds if EPOCH_S.contains(&(value / 1e6)) => Moment::Zoned(value.round() as i64),
+        TimeUnit::Nanoseconds if EPOCH_S.contains(&(value / 1e9)) => {
+            Moment::Zoned((value / 1e3).round() as i64)
+        }
+        TimeUnit::Nanoseconds
+        | TimeUnit::Microseconds
         | TimeUnit::Milliseconds
         | TimeUnit::Seconds
         | TimeUnit::Minutes

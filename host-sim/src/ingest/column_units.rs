@@ -71,6 +71,7 @@ impl fmt::Display for ColumnUnits {
             SpeedUnit::RadS => "rad/s",
         });
         let time = self.time.map(|time| match time {
+            TimeUnit::Nanoseconds => "ns",
             TimeUnit::Microseconds => "us",
             TimeUnit::Milliseconds => "ms",
             TimeUnit::Seconds => "s",

@@ -65,6 +65,12 @@ fn spelled(lower: &str) -> Option<SourceUnit> {
     SPELLINGS.iter().find(|(_, all)| all.contains(&lower)).map(|(unit, _)| *unit)
 }
 
+/// Whether a text is nothing but such a unit.
+pub fn is_unit(text: &str) -> bool {
+    let unit = text.trim().trim_matches(|c| "[]()".contains(c)).trim().to_lowercase();
+    spelled(&unit).is_some_and(|unit| !unit.is_ambiguous)
+}
+
 /// What a header says of a condition of operation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StatedCondition {

@@ -12,7 +12,7 @@ use super::format::{self, Content, Text};
 use super::header::{ChannelRole, Header, channel_role};
 use super::number::{Decimal, sample};
 use super::samples::{SampleColumn, Samples, Waveform};
-use super::sampling_preamble::{SamplingPreamble, move_increment};
+use super::sampling_preamble::{SamplingPreamble, move_beside, move_increment};
 use super::sheet::{Cell, SheetRow};
 use super::table;
 use super::unit::TimeUnit;
@@ -41,6 +41,13 @@ pub fn read(path: &Path) -> Result<Waveform> {
     waveform.check()?;
     Ok(waveform)
 }
+
+/// What stands between the cells of samples.
+const SEPARATORS: [char; 4] = [',', ';', '\t', '|'];
+/// Columns of a text; each costs time, and no recorder has as many.
+const MOST_CHANNELS: usize = 65_536;
+/// Spaces between cells, as many as there are.
+const SPACES: char = ' ';
 
 /// What stands before the decimals of text in the cells of a workbook.
 const DECIMAL: Decimal = Decimal::Point;
@@ -71,13 +78,19 @@ fn of_text(text: &Text) -> Result<Waveform> {
         let cells = |at: usize| rows.get(at).map_or(0, |row| row.cells.len());
         let mut moved = rows.to_vec();
         move_increment(&mut moved);
+        move_beside(&mut moved, |cell| is_value(cell, decimal(separator)));
         let width = |at: usize| moved.get(at).map_or(0, |row| row.cells.len());
         (header_row(&moved, decimal(separator)).map_or(0, width), cells(0))
     };
-    let separator = text.separator([',', ';', '\t', '|'], names);
+    text.check_widths(&SEPARATORS, MOST_CHANNELS, "sample")?;
+    let separator = text.separator(SEPARATORS, names);
+    let (separator, decimal) = match spaced(text, separator) {
+        Some(spaces) => (spaces, Decimal::Comma),
+        None => (separator, decimal(separator)),
+    };
     let mut first = text.first_rows(separator);
     move_increment(&mut first);
-    let decimal = decimal(separator);
+    move_beside(&mut first, |cell| is_value(cell, decimal));
     let found = header_row(&first, decimal);
     if found.is_none() {
         let texts = || first.iter().take(1).flat_map(|row| &row.cells).filter_map(Cell::as_text);
@@ -90,6 +103,7 @@ fn of_text(text: &Text) -> Result<Waveform> {
     // a table without a row of samples is read as far as the cell that is none
     let at = found.unwrap_or(0);
     let mut table = SampledTable::of(file, &first, at, decimal);
+    table.preamble.add(SamplingPreamble::of(&text.comments()));
     if found.is_none() {
         table.columns.iter_mut().for_each(|column| column.is_read = true);
     }
@@ -100,6 +114,17 @@ fn of_text(text: &Text) -> Result<Waveform> {
         Ok(ControlFlow::Continue(()))
     })?;
     Ok(table.waveform())
+}
+
+/// Spaces, where no other separator gives a table and they give one with a name for each sample.
+fn spaced(text: &Text, separator: char) -> Option<char> {
+    if header_row(&text.first_rows(separator), decimal(separator)).is_some() {
+        return None;
+    }
+    let rows = text.first_rows(SPACES);
+    let at = header_row(&rows, Decimal::Comma)?;
+    let widths = |row: &SheetRow| row.cells.len();
+    (widths(&rows[at]) > 1 && Some(widths(&rows[at])) == rows.last().map(widths)).then_some(SPACES)
 }
 
 fn of_rows(place: &str, rows: &[SheetRow], at: usize) -> Result<Waveform> {
@@ -118,8 +143,6 @@ struct SampledTable<'a> {
     /// Number of the last row above the samples.
     above: usize,
     columns: Vec<SampledColumn>,
-    /// The first moment, where the times are moments.
-    start: Option<Moment>,
     preamble: SamplingPreamble,
 }
 
@@ -127,6 +150,9 @@ struct SampledColumn {
     header: Header,
     /// Its unit, if it holds times.
     time: Option<TimeUnit>,
+    /// The first moment, where the times are moments, and the days that have passed since.
+    start: Option<Moment>,
+    days: f64,
     /// Whether it holds numbers; comments and the like do not.
     is_read: bool,
     values: Vec<f64>,
@@ -141,7 +167,6 @@ impl<'a> SampledTable<'a> {
                 decimal,
                 above: 0,
                 columns: Vec::new(),
-                start: None,
                 preamble: SamplingPreamble::default(),
             };
         }
@@ -159,10 +184,10 @@ impl<'a> SampledTable<'a> {
             let mut cells = samples.iter().map(|row| row.cell(header.index));
             let is_read = samples.is_empty()
                 || cells.any(|cell| is_number(cell) || (time.is_some() && is_value(cell, decimal)));
-            SampledColumn { header, time, is_read, values: Vec::new() }
+            SampledColumn { header, time, start: None, days: 0.0, is_read, values: Vec::new() }
         });
         let (above, columns) = (first[at + below].number, columns.collect());
-        Self { place, decimal, above, columns, start: None, preamble: SamplingPreamble::of(&first[..at]) }
+        Self { place, decimal, above, columns, preamble: SamplingPreamble::of(&first[..at]) }
     }
 
     fn push_text(&mut self, row: usize, record: &ByteRecord) -> Result<()> {
@@ -191,17 +216,17 @@ impl<'a> SampledTable<'a> {
     }
 
     fn push(&mut self, column: usize, row: usize, cell: &Cell) -> Result<()> {
-        let SampledColumn { header, time, is_read, .. } = &self.columns[column];
-        if !is_read {
+        let SampledColumn { header, time, is_read, start, days, values } = &mut self.columns[column];
+        if !*is_read {
             return Ok(());
         }
         let value = match cell {
             Cell::Number(x) => Some(*x).filter(|x| x.is_finite()),
             Cell::Text(text) => sample(text, self.decimal).or_else(|| {
                 let unit = (*time)?;
-                elapsed(moment(text)?, &mut self.start, unit)
+                elapsed(moment(text)?, start, days, unit)
             }),
-            Cell::Time(at) => time.and_then(|unit| elapsed(Moment::local(*at)?, &mut self.start, unit)),
+            Cell::Time(at) => time.and_then(|unit| elapsed(Moment::local(*at)?, start, days, unit)),
             Cell::Empty => None,
         };
         let Some(value) = value else {
@@ -216,7 +241,7 @@ impl<'a> SampledTable<'a> {
                 header.name
             );
         };
-        self.columns[column].values.push(value);
+        values.push(value);
         Ok(())
     }
 
@@ -263,116 +288,16 @@ fn moment(text: &str) -> Option<Moment> {
     if let ParsedMoment::Moment(moment) = read { Some(moment) } else { None }
 }
 
-/// Time since the first moment, in the unit that the column's header states.
-fn elapsed(moment: Moment, start: &mut Option<Moment>, unit: TimeUnit) -> Option<f64> {
-    let days = moment.days_since(*start.get_or_insert(moment))?;
+/// Time since the first moment, in the unit that the column's header states; a time of day that falls by half a day is one of
+/// the next day.
+fn elapsed(moment: Moment, start: &mut Option<Moment>, passed: &mut f64, unit: TimeUnit) -> Option<f64> {
+    let mut days = moment.days_since(*start.get_or_insert(moment))?;
+    if matches!(moment, Moment::OfDay(_)) {
+        days += (*passed - days).round().max(0.0);
+    }
+    *passed = days;
     Some(days * SECONDS_A_DAY / unit.seconds())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::ingest::unit::Unit;
-
-    fn read_text(text: &str) -> Result<Waveform> {
-        of_text(&Text::of("a.csv", text.as_bytes())?.without_comments())
-    }
-
-    fn values(waveform: &Waveform, channel: usize) -> &[f64] {
-        let Samples::Values(values) = &waveform.channels[channel].samples else { panic!("counts") };
-        values
-    }
-
-    fn headers(waveform: &Waveform) -> Vec<&str> {
-        waveform.channels.iter().map(|c| c.header.as_str()).collect()
-    }
-
-    #[test]
-    fn separators_decimals_and_the_rate_are_told_from_the_file() {
-        let waveform =
-            read_text("# made by a logger, v2\ntime_s;15X;kph\n0;-9,5;0\n0,5e-3;-9,25;1\n0,001;-9;0\n")
-                .unwrap();
-        assert!((waveform.rate_hz.unwrap() - 2000.0).abs() < 1e-9);
-        assert_eq!((waveform.channels[0].number, values(&waveform, 0)), (2, &[-9.5, -9.25, -9.0][..]));
-        let three_digits = read_text("a;kph\n-9,125;0,001\n-9,250;0.002\n").unwrap();
-        assert_eq!(values(&three_digits, 0), [-9.125, -9.25]);
-        assert_eq!(values(&three_digits, 1), [0.001, 0.002], "a point is never thousands");
-    }
-
-    #[test]
-    fn a_lost_row_a_cell_of_text_and_a_missing_header_are_named() {
-        let lost = read_text("time_s,a\n0,1\n1,1\n2,1\n4,1\n5,1\n").unwrap();
-        assert_eq!(lost.rate_hz, None);
-        let uneven = lost.uneven.unwrap();
-        assert!(uneven.contains("sample 4, column time_s: goes from 2 to 4"), "{uneven}");
-        for (text, says) in [
-            ("a,b\n1,2\n1,x\n", "row 3, column b: \"x\" is not a number"),
-            ("a,b\nx,y\n", "row 2, column a: \"x\" is not a number"),
-            ("a,b\n1,2\n1\n", "row 3 has 1 cells, the header has 2"),
-            ("a,b\n1,2\n1,2,3\n", "row 3 has 3 cells, the header has 2"),
-            ("1,2\n1,2\n", "holds the number 1, expected a header"),
-        ] {
-            let error = read_text(text).unwrap_err().to_string();
-            assert!(error.contains(says), "{error}");
-        }
-    }
-
-    #[test]
-    fn time_columns_of_other_programs_give_the_rate_and_no_channel() {
-        for (text, rate_hz) in [
-            ("Time [ms],PX,kph\n0,1,0\n0.5,2,0\n1.0,3,0\n", 2000.0),
-            ("Time (s);PX;kph\n0,000;1;0\n0,001;2;0\n", 1000.0),
-            ("Zeit;PX;kph\nms;V;V\n0;1;0\n0,5;2;0\n", 2000.0),
-            ("Timestamp,PX,kph\n2025-03-04 10:00:00.000,1,0\n2025-03-04 10:00:00.004,2,0\n", 250.0),
-            ("Time,PX,kph\n0,1,0\n0.01,2,0\n", 100.0),
-        ] {
-            let waveform = read_text(text).unwrap();
-            assert_eq!(headers(&waveform), ["PX", "kph"], "{text}");
-            assert!((waveform.rate_hz.unwrap() / rate_hz - 1.0).abs() < 1e-9, "{text}: {waveform:?}");
-        }
-    }
-
-    #[test]
-    fn lines_above_the_header_and_comments_beside_it_are_left() {
-        let text = "LabVIEW Measurement\nSeparator,Comma\nDate,2025/03/04\n***End_of_Header***\n\
-                    X_Value,PX,kph,Comment\n0.000,1,0\n0.001,2,0,restart\n0.002,3,0\n";
-        let waveform = read_text(text).unwrap();
-        assert_eq!(headers(&waveform), ["PX", "kph"]);
-        assert_eq!(values(&waveform, 0), [1.0, 2.0, 3.0]);
-        assert!((waveform.rate_hz.unwrap() - 1000.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn names_lose_their_unit_unless_two_would_be_one() {
-        let waveform = read_text("15X [V],15Y [mV],Speed [rpm],kph [V]\n1,2,3,4\n1,2,3,4\n").unwrap();
-        let names: Vec<&str> = waveform.channels.iter().map(|c| c.name.as_str()).collect();
-        assert_eq!(names, ["15X", "15Y", "Speed [rpm]", "kph"]);
-        assert_eq!(waveform.channels[1].unit, Some(Unit::Millivolt));
-        assert_eq!(waveform.channels.iter().filter(|c| c.is_speed).count(), 1);
-        let alike = read_text("DE (V),DE (g),kph\n1,2,3\n1,2,3\n").unwrap();
-        assert_eq!(alike.channels[0].name, "DE (V)");
-        assert!(alike.channel("de (g)", "--channel").is_ok());
-    }
-
-    #[test]
-    fn sheets_of_samples_are_read_as_text_is() {
-        let texts = |number: usize, cells: &[&str]| SheetRow {
-            number,
-            cells: cells.iter().map(|cell| Cell::text(cell)).collect(),
-        };
-        let numbers = |number: usize, cells: &[f64]| SheetRow {
-            number,
-            cells: cells.iter().map(|x| Cell::Number(*x)).collect(),
-        };
-        let rows = [
-            texts(1, &["Run-up"]),
-            texts(3, &["Time", "15X", "kph"]),
-            texts(4, &["ms", "V", "V"]),
-            numbers(5, &[0.0, -9.5, 0.0]),
-            numbers(6, &[0.5, -9.25, 1.0]),
-        ];
-        let at = header_row(&rows, DECIMAL).unwrap();
-        let waveform = of_rows("a.xlsx", &rows, at).unwrap();
-        assert_eq!((waveform.rate_hz, values(&waveform, 0)), (Some(2000.0), &[-9.5, -9.25][..]));
-    }
-}
+mod tests;

@@ -17,6 +17,8 @@ const TURNS: [&str; 4] = ["number of revs", "number of revolutions", "revs", "re
 const UNITS: [&str; 4] = ["y-axis unit", "vertical units", "y unit", "amplitude unit"];
 const ALONG: [&str; 3] = ["x-axis unit", "horizontal units", "x unit"];
 const POINTS: [&str; 3] = ["point name", "point", "channel name"];
+/// Rows beside which something may be stated.
+const BESIDE: usize = 40;
 /// Factors before the unit of a rate.
 const PREFIXES: [(&str, f64); 4] = [("k", 1e3), ("M", 1e6), ("m", 1e-3), ("G", 1e9)];
 
@@ -39,9 +41,25 @@ impl SamplingPreamble {
     pub fn of(rows: &[SheetRow]) -> Self {
         let mut found = Self::default();
         for line in lines(rows) {
-            found.take(&line.key.to_lowercase(), &line.value);
+            let key = line.key.to_lowercase();
+            match bracketed(&key) {
+                Some((name, unit)) => found.take(name, &format!("{} {unit}", line.value)),
+                None => found.take(&key, &line.value),
+            }
         }
         found
+    }
+
+    /// Takes over what is not stated here.
+    pub fn add(&mut self, other: Self) {
+        let Self { rate_hz, turns, samples_a_turn, speed_rpm, unit, along, point } = other;
+        self.rate_hz = self.rate_hz.or(rate_hz);
+        self.turns = self.turns.or(turns);
+        self.samples_a_turn = self.samples_a_turn.or(samples_a_turn);
+        self.speed_rpm = self.speed_rpm.or(speed_rpm);
+        self.unit = self.unit.or(unit);
+        self.along = self.along.take().or(along);
+        self.point = self.point.take().or(point);
     }
 
     fn take(&mut self, name: &str, value: &str) {
@@ -73,6 +91,13 @@ impl SamplingPreamble {
     }
 }
 
+/// A key and the unit in brackets behind it.
+fn bracketed(key: &str) -> Option<(&str, &str)> {
+    let brackets = [('[', ']'), ('(', ')')];
+    let cut = |(open, close)| key.strip_suffix::<char>(close)?.rsplit_once::<char>(open);
+    brackets.into_iter().find_map(cut).map(|(name, unit)| (name.trim(), unit.trim()))
+}
+
 /// A number with a unit behind it or none; a prefix before `s`, `Hz` or `S/s` counts.
 fn quantity(text: &str) -> Option<f64> {
     let text = text.trim();
@@ -81,7 +106,7 @@ fn quantity(text: &str) -> Option<f64> {
     let number: f64 = text[..end].trim_end_matches(['e', 'E']).parse().ok()?;
     let unit = text[end..].trim();
     let is_prefixed = |prefix: &str| {
-        unit.strip_prefix(prefix).is_some_and(|rest| ["s", "Hz", "S/s", "Sa/s", "HZ"].contains(&rest))
+        unit.strip_prefix(prefix).is_some_and(|rest| ["s", "Hz", "hz", "S/s", "Sa/s", "HZ"].contains(&rest))
     };
     let micro = ["us", "µs", "μs"].contains(&unit).then_some(1e-6);
     let nano = (unit == "ns").then_some(1e-9);
@@ -102,6 +127,7 @@ fn synchronous(text: &str) -> Option<(usize, Option<usize>)> {
 /// Start and increment that stand behind the names of the channels and their units, as some oscilloscopes write them: they
 /// become a row of their own above the header.
 pub fn move_increment(rows: &mut Vec<SheetRow>) {
+    move_stated(rows);
     let place = |row: &SheetRow, name: &str| {
         row.cells.iter().position(|cell| cell.as_text().is_some_and(|text| text.eq_ignore_ascii_case(name)))
     };
@@ -123,6 +149,52 @@ pub fn move_increment(rows: &mut Vec<SheetRow>) {
     rows.insert(at, SheetRow { number, cells: vec![Cell::text("increment"), value] });
 }
 
+/// The same where name and number share a cell of the header: `tInc = 1e-4`.
+fn move_stated(rows: &mut Vec<SheetRow>) {
+    let stated = |cell: &Cell| {
+        let (name, value) = cell.as_text()?.split_once('=')?;
+        let name = name.trim().to_lowercase();
+        ["t0", "tinc"].contains(&name.as_str()).then(|| (name, value.trim().to_string()))
+    };
+    let Some(row) = rows.first_mut() else { return };
+    let number = row.number;
+    let mut increment = None;
+    for cell in &mut row.cells {
+        if let Some((name, value)) = stated(cell) {
+            *cell = Cell::Empty;
+            increment = increment.or((name == "tinc").then_some(value));
+        }
+    }
+    if let Some(value) = increment {
+        rows.insert(0, SheetRow { number, cells: vec![Cell::text("increment"), Cell::text(&value)] });
+    }
+}
+
+/// Rows of samples beside which the first ones state a name and its value, without any header: what is stated becomes rows
+/// above a header.
+pub fn move_beside(rows: &mut Vec<SheetRow>, is_value: impl Fn(&Cell) -> bool) {
+    let Some(first) = rows.first() else { return };
+    let is_named = |cell: &Cell| {
+        let name = cell.as_text().map(str::to_lowercase).unwrap_or_default();
+        INTERVALS.contains(&name.as_str()) || name == "record length"
+    };
+    let stands_beside = rows.iter().take(BESIDE).any(|row| is_named(row.cell(0)));
+    let width = first.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
+    let begins = (2..width).find(|at| rows.iter().all(|row| (*at..width).all(|c| is_value(row.cell(c)))));
+    let Some(begins) = begins.filter(|_| stands_beside) else { return };
+    let stated = rows.iter().map(|row| &row.cells[..row.cells.len().min(begins)]);
+    let stated = stated.filter(|cells| cells.iter().any(|cell| !cell.is_empty())).take(BESIDE);
+    let mut above: Vec<SheetRow> =
+        stated.map(|cells| SheetRow { number: 0, cells: cells.to_vec() }).collect();
+    let name = |at: usize| match at.checked_sub(begins) {
+        None => Cell::Empty,
+        Some(0) => Cell::text("TIME"),
+        Some(channel) => Cell::Text(format!("CH{channel}")),
+    };
+    above.push(SheetRow { number: 0, cells: (0..width).map(name).collect() });
+    rows.splice(0..0, above);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,6 +210,9 @@ mod tests {
             ("Delta_X,0.001,0.001", 1000.0),
             ("Sampling rate: 25.6 kHz", 25_600.0),
             ("Sample Interval,50 us", 20_000.0),
+            ("Sampling rate [Hz],12800", 12_800.0),
+            ("Sampling rate (kHz),12.8", 12_800.0),
+            (" fs = 12800", 12_800.0),
         ] {
             let found = of(&[line]).rate_hz.unwrap();
             assert!((found / rate_hz - 1.0).abs() < 1e-9, "{line}: {found}");

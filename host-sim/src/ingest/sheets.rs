@@ -1,6 +1,6 @@
 //! A sheet of a workbook, or a text file, before it is known where its table is.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 
 use super::format::text::Text;
 use super::sheet::SheetRow;
@@ -35,18 +35,7 @@ impl Sheet {
     /// # Errors
     /// If it has more columns than any workbook.
     pub fn of_text(text: Text, score: fn(&SheetRow) -> usize) -> Result<Self> {
-        for (i, line) in text.first_lines().enumerate() {
-            for separator in SEPARATORS {
-                let cells = line.bytes().filter(|b| *b == separator as u8).count() + 1;
-                if cells > MOST_COLUMNS {
-                    bail!(
-                        "{}: row {} has {cells} cells, expected at most {MOST_COLUMNS}: a row for each reading, not a column",
-                        text.file,
-                        i + 1
-                    );
-                }
-            }
-        }
+        text.check_widths(&SEPARATORS, MOST_COLUMNS, "reading")?;
         let columns = |_, rows: &[SheetRow]| {
             rows.iter().map(|row| (score(row), row.cells.len())).max().unwrap_or_default()
         };

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 
+use super::conditions;
 use super::format::text::{self, Text};
 use super::header::{Header, is_unit, meaning};
 use super::preamble::{self, Line};
@@ -200,13 +201,15 @@ fn put_over(columns: &mut [Header], over: Vec<String>) {
             group.clear();
             continue;
         }
+        // a unit of a load below the group of a probe is none of the probe's
+        let is_below = !over.is_empty() && conditions::is_unit(&column.name);
         let mut own = group.clone();
         if !over.is_empty() {
             own.clone_from(&over);
             let quantity = meaning(&over, |_| false).quantity;
             group = if quantity.is_none_or(Quantity::is_of_probe) { over } else { String::new() };
         }
-        if is_unit(&column.name) && !own.is_empty() {
+        if (is_unit(&column.name) || is_below) && !own.is_empty() {
             column.unit = std::mem::replace(&mut column.name, own);
         } else {
             column.group = format!("{own} {}", column.group).trim().to_string();
@@ -253,7 +256,8 @@ pub fn above_samples(rows: &[SheetRow], is_value: impl Fn(&Cell) -> bool) -> Opt
             && first.all(|row_of| 2 * row_of.values > row_of.filled && row_of.width <= row.width)
     };
     let first = |samples: usize| (0..rows.len()).find(|at| is_header(*at, samples));
-    first(FEWEST_SAMPLES).or_else(|| first(1))
+    // lines of a preamble may have a number for each channel, and are not samples to the end
+    first(usize::MAX).or_else(|| first(FEWEST_SAMPLES)).or_else(|| first(1))
 }
 
 /// Columns of a row that say what they are, if they are of a table of vibration.

@@ -277,6 +277,7 @@ impl SpeedUnit {
 /// How a number is a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimeUnit {
+    Nanoseconds,
     Microseconds,
     Milliseconds,
     Seconds,
@@ -293,6 +294,7 @@ pub enum TimeUnit {
 impl TimeUnit {
     pub fn per_day(self) -> f64 {
         match self {
+            Self::Nanoseconds => 1e9 * SECONDS_A_DAY,
             Self::Microseconds => 1e6 * SECONDS_A_DAY,
             Self::Milliseconds | Self::EpochMilliseconds => 1e3 * SECONDS_A_DAY,
             Self::Seconds | Self::EpochSeconds => SECONDS_A_DAY,

@@ -48,7 +48,7 @@ const HIGHEST_ORDER: f64 = 10.0;
 /// What one word says; nothing if it is none of the trade's.
 fn word(lower: &str) -> Option<Word> {
     Some(match lower {
-        "1x" | "x1" | "synchronous" | "synch" => Word::Synchronous,
+        "1x" | "x1" | "1n" | "synchronous" | "synch" => Word::Synchronous,
         "direct" | "overall" | "gesamt" | "summe" | "nx" | "smax" | "subsynchronous" | "unbalance" => {
             Word::OtherVibration
         }
@@ -125,7 +125,8 @@ fn unit(lower: &str) -> Option<Word> {
         "ms" | "msec" | "msecs" | "millisecond" | "milliseconds" | "millisekunden" => {
             Word::TimeUnit(TimeUnit::Milliseconds)
         }
-        "microseconds" => Word::TimeUnit(TimeUnit::Microseconds),
+        "microseconds" | "microsecond" | "usec" | "usecs" => Word::TimeUnit(TimeUnit::Microseconds),
+        "nanoseconds" | "nanosecond" | "nsec" | "nsecs" => Word::TimeUnit(TimeUnit::Nanoseconds),
         "s" | "sec" | "secs" | "second" | "seconds" | "sekunden" => Word::TimeUnit(TimeUnit::Seconds),
         "min" | "mins" | "minute" | "minutes" | "minuten" => Word::TimeUnit(TimeUnit::Minutes),
         "h" | "hr" | "hrs" | "hour" | "hours" | "stunden" => Word::TimeUnit(TimeUnit::Hours),
@@ -162,7 +163,6 @@ pub fn order(word: &str) -> Option<f64> {
 /// The words of a text. `is_probe` says which words are names of probes although they look like an order or a unit.
 pub fn parts(text: &str, is_probe: impl Fn(&str) -> bool) -> Vec<Part> {
     let mut text = text.to_string();
-    // "us" alone is a name
     for microseconds in ["µs", "μs"] {
         replace_whole(&mut text, microseconds, "microseconds");
     }
@@ -192,6 +192,11 @@ pub fn parts(text: &str, is_probe: impl Fn(&str) -> bool) -> Vec<Part> {
                 parts.push(Part::Name(token.into()))
             }
             Some(word) => parts.push(Part::Says(word)),
+            None if let Some(unit) =
+                short_time(token).filter(|_| is_of_time(&plain, token, parts.last())) =>
+            {
+                parts.push(Part::Says(Word::TimeUnit(unit)));
+            }
             None if order(token).is_some_and(|n| n < HIGHEST_ORDER) => {
                 parts.push(Part::Says(Word::OtherVibration))
             }
@@ -204,6 +209,27 @@ pub fn parts(text: &str, is_probe: impl Fn(&str) -> bool) -> Vec<Part> {
     parts
 }
 
+/// Units of time that are names or directions where nothing says otherwise.
+fn short_time(token: &str) -> Option<TimeUnit> {
+    match token {
+        "us" => Some(TimeUnit::Microseconds),
+        "ns" => Some(TimeUnit::Nanoseconds),
+        _ => None,
+    }
+}
+
+/// Whether a word is a unit of time: it stands alone, in brackets, or behind a word for the time.
+fn is_of_time(text: &str, token: &str, before: Option<&Part>) -> bool {
+    let is_time = |part: &Part| match part {
+        Part::Says(Word::Time | Word::Date | Word::Clock) => true,
+        Part::Name(name) => name == "t",
+        Part::Says(_) => false,
+    };
+    text.trim() == token
+        || ["[]", "()"].iter().any(|b| text.contains(&format!("{}{token}{}", &b[..1], &b[1..])))
+        || before.is_some_and(is_time)
+}
+
 /// Two words that were written as one, such as `1xamp` or `umpp`.
 fn glued(lower: &str) -> Option<[Word; 2]> {
     let cuts = lower.char_indices().map(|(i, _)| i).skip(1);
@@ -211,6 +237,8 @@ fn glued(lower: &str) -> Option<[Word; 2]> {
     cuts.filter_map(both).find(|[a, b]| {
         let is_first = match a {
             Word::Unit(unit) => *unit == Unit::G || !unit.is_derivative(),
+            // "°lag"
+            Word::Angle(_) => return matches!(b, Word::Sense(_)),
             a => matches!(a, Word::Synchronous | Word::Amplitude | Word::Phase | Word::Gap),
         };
         is_first
@@ -271,5 +299,12 @@ mod tests {
         assert_eq!(says("Drehzahl [1/min]").0, [Word::Speed, Word::SpeedUnit(SpeedUnit::Rpm)]);
         assert_eq!(says("V2 Peak-to-Peak mil").0, [pp, Word::Unit(Unit::Mil)]);
         assert_eq!(says("app-pending").1, "app pending");
+        let lag = Word::Sense(Sense::Lag);
+        assert_eq!(says("16X Phase (°lag)").0, [Phase, Word::Angle(Angle::Degrees), lag]);
+        let micro = Word::TimeUnit(TimeUnit::Microseconds);
+        for text in ["us", "(us)", "time_us", "Time [us]"] {
+            assert_eq!(says(text).0.last(), Some(&micro), "{text}");
+        }
+        assert_eq!(says("US plant").1, "US plant");
     }
 }

@@ -11,6 +11,9 @@ use super::super::sheet::{Cell, SheetRow};
 /// Rows in which the header is looked for.
 const LOOKED_AT: usize = 200;
 
+/// Bytes of a cell; one that is longer is no name, number or remark, but a file of another kind.
+const LONGEST_CELL: usize = 100_000;
+
 /// A table in text, before it is cut into cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Text {
@@ -42,6 +45,31 @@ impl Text {
         self.text.lines().take(LOOKED_AT)
     }
 
+    /// # Errors
+    /// If one of the first lines has more cells than `most`, or a cell that no table has; `row` is what a row should be of.
+    pub fn check_widths(&self, separators: &[char], most: usize, row: &str) -> Result<()> {
+        for (i, line) in self.first_lines().enumerate() {
+            let place = || format!("{}: row {}", self.file, i + 1);
+            for separator in separators {
+                let cells = line.bytes().filter(|b| *b == *separator as u8).count() + 1;
+                if cells > most {
+                    bail!(
+                        "{} has {cells} cells, expected at most {most}: a row for each {row}, not a column",
+                        place()
+                    );
+                }
+            }
+            if let Some(cell) = line.split(separators).find(|cell| cell.len() > LONGEST_CELL) {
+                bail!(
+                    "{} has a cell of {} characters, expected cells separated by commas, semicolons, tabs or |",
+                    place(),
+                    cell.len()
+                );
+            }
+        }
+        Ok(())
+    }
+
     /// The separator whose first rows have the highest score, the first of equals.
     pub fn separator<S: Ord>(&self, among: [char; 4], score: impl Fn(char, &[SheetRow]) -> S) -> char {
         let score = |separator: &char| score(*separator, &self.first_rows(*separator));
@@ -59,6 +87,13 @@ impl Text {
         };
         each_of(&self.text[..end], separator, self.comment, push).unwrap_or_default();
         rows
+    }
+
+    /// Comments among the first lines, without what they begin with.
+    pub fn comments(&self) -> Vec<SheetRow> {
+        let is = |line: &&str| self.comment.is_some() && line.as_bytes().first() == self.comment.as_ref();
+        let cells = |line: &str| vec![Cell::text(line.trim_start_matches('#'))];
+        self.first_lines().filter(is).map(|line| SheetRow { number: 0, cells: cells(line) }).collect()
     }
 
     /// Calls `push` with the number of each row, from 1, and its cells, until it breaks.
@@ -80,6 +115,9 @@ fn each_of(
     comment: Option<u8>,
     mut push: impl FnMut(usize, &ByteRecord) -> Result<ControlFlow<()>>,
 ) -> Result<()> {
+    if separator == ' ' {
+        return each_of_spaced(text, comment, push);
+    }
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -93,6 +131,24 @@ fn each_of(
         let start = position.map_or(0, |p| p.byte() as usize);
         let number = position.map_or(0, |p| p.line() as usize) + skipped_lines(&text[start..], comment);
         if push(number, &record)?.is_break() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The same where any number of spaces stands between the cells.
+fn each_of_spaced(
+    text: &str,
+    comment: Option<u8>,
+    mut push: impl FnMut(usize, &ByteRecord) -> Result<ControlFlow<()>>,
+) -> Result<()> {
+    let mut record = ByteRecord::new();
+    for (i, line) in text.lines().enumerate() {
+        record.clear();
+        line.split_whitespace().for_each(|cell| record.push_field(cell.as_bytes()));
+        let is_row = !record.is_empty() && line.bytes().next() != comment;
+        if is_row && push(i + 1, &record)?.is_break() {
             break;
         }
     }

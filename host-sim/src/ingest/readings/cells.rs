@@ -102,7 +102,7 @@ impl Cells<'_> {
     fn which_time(&self, place: &str, x: f64, column: &Column) -> String {
         let name = &column.header;
         format!(
-            "{place}: {x} is a number without a unit of time, expected --column \"{name}=time:s\", time:ms, time:d, time:excel or the like"
+            "{place}: {x} is a number without a unit of time, expected --column \"{name}=time:s\", time:ms, time:us, time:d, time:excel or the like"
         )
     }
 
