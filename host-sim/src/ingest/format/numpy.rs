@@ -36,7 +36,10 @@ pub fn is_archive(bytes: &[u8]) -> bool {
 
 /// One array: samples of a channel, or channels beside one another.
 pub fn read_array(file: &str, bytes: &[u8]) -> Result<Content> {
-    Ok(Content::Waveform(of_one(file, array(file, bytes)?)))
+    match array(file, bytes)? {
+        Some(array) => Ok(Content::Waveform(of_one(file, array))),
+        None => bail!("{file}: holds texts, expected numbers"),
+    }
 }
 
 /// Several named arrays, one `.npy` file each.
@@ -52,13 +55,16 @@ pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Content> {
         };
         let place = format!("{file}: array {name}");
         let bytes = limit.read(&place, entry)?;
-        let numbers = array(&place, &bytes)?;
-        arrays.push((name, numbers));
+        // texts, such as the names of channels, are no samples
+        if let Some(numbers) = array(&place, &bytes)? {
+            arrays.push((name, numbers));
+        }
     }
     Ok(Content::Waveform(of_named(file, arrays)?))
 }
 
-fn array(place: &str, bytes: &[u8]) -> Result<Array> {
+/// An array of numbers; nothing where it holds texts.
+fn array(place: &str, bytes: &[u8]) -> Result<Option<Array>> {
     let wrong = || format!("{place}: cannot be read as a NumPy array");
     // the crate multiplies the sides without a look at what overflows, and takes a length as it is stated
     match stated_numbers(bytes) {
@@ -83,6 +89,14 @@ fn array(place: &str, bytes: &[u8]) -> Result<Array> {
     // NumPy's letter and bytes a number, such as f8
     let all = match (kind.type_char(), kind.size_field()) {
         (TypeChar::Int, 2) => Samples::Counts(array.into_vec().with_context(wrong)?),
+        (TypeChar::Bool, _) => {
+            values(array.into_vec::<bool>().with_context(wrong)?.into_iter().map(u8::from).collect())
+        }
+        (TypeChar::Int, 1) => values(array.into_vec::<i8>().with_context(wrong)?),
+        (TypeChar::Uint, 1) => values(array.into_vec::<u8>().with_context(wrong)?),
+        (TypeChar::Uint, 2) => values(array.into_vec::<u16>().with_context(wrong)?),
+        (TypeChar::Uint, 4) => values(array.into_vec::<u32>().with_context(wrong)?),
+        (TypeChar::UnicodeStr | TypeChar::ByteStr, _) => return Ok(None),
         (TypeChar::Int, 4) => values(array.into_vec::<i32>().with_context(wrong)?),
         (TypeChar::Int, 8) => {
             // a sample rate, or samples on a machine of 64 bits
@@ -92,9 +106,9 @@ fn array(place: &str, bytes: &[u8]) -> Result<Array> {
         }
         (TypeChar::Float, 4) => values(array.into_vec::<f32>().with_context(wrong)?),
         (TypeChar::Float, 8) => Samples::Values(array.into_vec().with_context(wrong)?),
-        _ => bail!("{place}: holds {kind}, expected i2, i4, i8, f4 or f8"),
+        _ => bail!("{place}: holds {kind}, expected b1, u1 to u4, i1 to i8, f4 or f8"),
     };
-    Ok(Array { all, rows, width, is_by_rows })
+    Ok(Some(Array { all, rows, width, is_by_rows }))
 }
 
 /// Numbers in an array by the shape in its header; nothing where the header cannot be read.
@@ -187,6 +201,26 @@ mod tests {
     }
 
     #[test]
+    fn marks_of_true_and_false_are_samples_and_texts_are_left() {
+        let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        let mut add = |name: &str, kind: &str, bytes: &[u8]| {
+            archive.start_file(format!("{name}.npy"), zip::write::SimpleFileOptions::default()).unwrap();
+            let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (4,), }}\n");
+            let length = u16::try_from(header.len()).unwrap().to_le_bytes();
+            let all = [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), bytes].concat();
+            std::io::Write::write_all(&mut archive, &all).unwrap();
+        };
+        add("kph", "|b1", &[0, 1, 0, 1]);
+        add("level", "|u1", &[7, 200, 7, 200]);
+        add("label", "<U1", &[0; 16]);
+        let packed = archive.finish().unwrap().into_inner();
+        let Content::Waveform(read) = read_archive("a.npz", &packed).unwrap() else { panic!("a waveform") };
+        assert_eq!(read.names(), "kph, level");
+        let all: Vec<Vec<f64>> = read.channels.iter().map(|c| c.samples.iter().collect()).collect();
+        assert_eq!(all, [[0.0, 1.0, 0.0, 1.0], [7.0, 200.0, 7.0, 200.0]]);
+    }
+
+    #[test]
     fn channels_are_the_shorter_side_of_an_array_in_either_order() {
         let by_channel: &[f64] = &[1.0, 2.0, 3.0, -1.0, -2.0, -3.0];
         let by_sample: &[f64] = &[1.0, -1.0, 2.0, -2.0, 3.0, -3.0];
@@ -196,7 +230,7 @@ mod tests {
             ([2, 3], Order::Fortran, by_sample),
             ([3, 2], Order::Fortran, by_channel),
         ] {
-            let columns = array("a.npy", &written(&shape, order, values)).unwrap().columns();
+            let columns = array("a.npy", &written(&shape, order, values)).unwrap().unwrap().columns();
             let [Samples::Values(a), Samples::Values(b)] = &columns[..] else { panic!("{columns:?}") };
             assert_eq!((&a[..], &b[..]), (&by_channel[..3], &by_channel[3..]));
         }
