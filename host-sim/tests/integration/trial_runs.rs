@@ -126,6 +126,15 @@ fn amplitudes_without_phase_give_a_weight_and_its_ambiguity() {
     let answer = json(&balance(&table(&rounded), weights).1);
     assert!((only_weight(&answer)[1] - 220.4).abs() < 1.0, "{answer}");
     assert_says(&answer["doubts"].to_string(), &["gives 2.57 times the trial weight (2312"]);
+    // what cannot be of another quantity needs no name of a probe and no word for an amplitude
+    for header in ["Fan DE um pp", "Vib (mm/s rms)", "[um pp]"] {
+        let named = table(&rounded).replace("Fan DE 1X Amp [um pp]", header);
+        let answer = json(&balance(&named, weights).1);
+        assert!((only_weight(&answer)[1] - 220.4).abs() < 1.0, "{header}: {answer}");
+    }
+    let bare = table(&rounded).replace("1X Amp [um pp]", "um");
+    let says = one_sentence(&balance(&bare, weights).1);
+    assert_says(&says, &["does not state pk-pk, 0-pk or rms, expected that in its header"]);
     let few = one_sentence(
         &balance(&table(&rounded[..3]), &weights[..weights.len() - "at240,fan,9000,240\n".len()]).1,
     );

@@ -18,6 +18,9 @@ use crate::ingest::target::{Quantity, Rule, Target};
 use crate::ingest::unit::{Sensitivity, Unit};
 use crate::ingest::words::Word;
 
+/// The probe of a table of amplitudes without phase that names none.
+const NAMELESS: &str = "vibration";
+
 /// A column with what it holds.
 #[derive(Debug, Clone)]
 pub struct AssignedColumn {
@@ -67,7 +70,8 @@ pub fn assign(
             continue;
         }
         let above = preamble::stated(&table.above, Word::Point).and_then(|name| probes.named(name));
-        let Some(name) = above.or_else(|| probes.named("")) else {
+        let nameless = || mapping.amplitudes_alone.then(|| NAMELESS.to_string());
+        let Some(name) = above.or_else(|| probes.named("")).or_else(nameless) else {
             bail!(
                 "{}: {} names no probe, expected --column \"{}=PROBE:{}\"",
                 table.sheet.place(),
@@ -81,7 +85,10 @@ pub fn assign(
     tell_conditions_apart(&mut assigned);
     pair_date_and_clock(table, &mut assigned, &mut left);
     choose(table, &mut assigned, &mut left)?;
-    leave_overall(table, &mut assigned, &mut left)?;
+    // without phases it is the owner's own choice which vibration is balanced
+    if !mapping.amplitudes_alone {
+        leave_overall(table, &mut assigned, &mut left)?;
+    }
     Ok((assigned, left))
 }
 
@@ -146,7 +153,9 @@ fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping
     if header.name.is_empty() {
         return Ok(Err("it has no header".into()));
     }
-    if let Some(condition) = condition.filter(|_| !said.is_status && !said.synchronous) {
+    // "temps" is the time in French
+    let is_time = said.quantity == Some(Quantity::Time) && said.name.is_empty();
+    if let Some(condition) = condition.filter(|_| !said.is_status && !said.synchronous && !is_time) {
         return Ok(of_condition(header, condition));
     }
     let quantity = if said.is_status { Some(Quantity::Status) } else { said.quantity };

@@ -95,6 +95,7 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
         let Factor { stated, factor, derivative } = match complete {
             Ok(complete) => complete,
             Err(what) => {
+                let what = if mapping.amplitudes_alone { in_header(&what) } else { what };
                 // one sentence for all columns that lack the same
                 if !missing.iter().any(|(_, other)| *other == what) {
                     missing.push((column.header.place(table), what));
@@ -122,6 +123,12 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
         if mapping.dates.is_some() { (None, None) } else { date_order(table, &columns) };
     let dates = mapping.dates.or(shown).or(dates_by_steps);
     Ok(Plan { columns, left, decimal, dates, dates_by_steps, probes })
+}
+
+/// The same for a file that is read without options.
+fn in_header(what: &str) -> String {
+    let lacks = what.split(", expected").next().unwrap_or_default();
+    format!("{lacks}, expected that in its header, such as `Fan DE [um pp]`")
 }
 
 /// Whether there is a speed, and for each probe both parts of its vibration.
