@@ -121,7 +121,12 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let Some(start) = record.samples.first().map(|sample| sample.when) else {
         bail!("{}: there is no reading below the header", plans[0].0);
     };
-    let lacking = (0..record.probes.len()).find(|p| !(0..record.samples.len()).any(|k| record.holds(k)[*p]));
+    let has_column = |name: &String| {
+        let columns = plans.iter().flat_map(|(_, plan)| &plan.columns);
+        { columns }.any(|column| column.target.probe.as_ref() == Some(name))
+    };
+    let is_held = |p: usize| (0..record.samples.len()).any(|k| record.holds(k)[p]);
+    let lacking = (0..record.probes.len()).find(|p| !has_column(&record.probes[*p]) && !is_held(*p));
     if let Some(p) = lacking {
         bail!("{}: there is no column of the rotor's probe {}", plans[0].0, record.probes[p]);
     }

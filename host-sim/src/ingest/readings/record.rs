@@ -20,6 +20,9 @@ use crate::ingest::target::Quantity;
 /// A value that was lost.
 const LOST: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
 
+/// Rows without data that are kept until data follow; of more it is looked for in a pass of its own.
+const MOST_WAITING: usize = 1000;
+
 /// Where a reading is from, and what it holds of all probes together.
 #[derive(Debug, Clone, Copy)]
 pub struct SourcedReading {
@@ -219,26 +222,34 @@ impl Record {
         });
         let conditions = conditions.collect();
         let of_rows = OfRows { cells, run, stated, of_point, conditions };
-        let mut end = 0;
+        // rows that are no data belong to the table if data follow
+        let mut waiting: Vec<SheetRow> = Vec::new();
+        let mut last_data = None;
         table.rows.each(|row| {
-            if is_data(&of_rows.cells, row) {
-                end = row.number;
+            match last_data {
+                _ if row.is_blank() => {}
+                Some(last) if row.number > last => self.skipped.no_data += 1,
+                Some(_) => self.row(&of_rows, mapping, row)?,
+                None if is_data(&of_rows.cells, row) => {
+                    for row in waiting.drain(..) {
+                        self.row(&of_rows, mapping, &row)?;
+                    }
+                    self.row(&of_rows, mapping, row)?;
+                }
+                None => waiting.push(row.clone()),
+            }
+            if waiting.len() == MOST_WAITING {
+                let last = *last_data.insert(of_rows.last_data()?);
+                for row in waiting.drain(..) {
+                    match row.number > last {
+                        true => self.skipped.no_data += 1,
+                        false => self.row(&of_rows, mapping, &row)?,
+                    }
+                }
             }
             Ok(ControlFlow::Continue(()))
         })?;
-        let mut is_below = false;
-        table.rows.each(|row| {
-            if row.is_blank() {
-                return Ok(ControlFlow::Continue(()));
-            }
-            if is_below || end == 0 {
-                self.skipped.no_data += 1;
-                return Ok(ControlFlow::Continue(()));
-            }
-            is_below = row.number == end;
-            self.row(&of_rows, mapping, row)?;
-            Ok(ControlFlow::Continue(()))
-        })?;
+        self.skipped.no_data += waiting.len();
         self.tables += 1;
         Ok(())
     }
@@ -301,7 +312,9 @@ impl Record {
         for (p, columns) in columns.chain(point.map(|p| (p, of_point))) {
             if let Some((a, b)) = columns.pair {
                 let (phasor, no_measurement) = phasor_um(cells, row, speed_rpm, a, b)?;
-                self.held[from + p] = true;
+                // empty cells may be those of a probe that another row of this time holds
+                let is_elsewhere = when.is_some() && [a, b].iter().all(|c| row.cell(c.index).is_empty());
+                self.held[from + p] = !is_elsewhere;
                 self.phasors[from + p] = phasor.unwrap_or(LOST);
                 self.no_measurement += usize::from(no_measurement);
             }
@@ -335,6 +348,20 @@ struct OfRows<'a> {
     of_point: ProbeColumns<'a>,
     /// Conditions of operation, by their places among all.
     conditions: Vec<(usize, &'a Column)>,
+}
+
+impl OfRows<'_> {
+    /// Number of the last row of data; 0 if there is none.
+    fn last_data(&self) -> Result<usize> {
+        let mut last = 0;
+        self.cells.table.rows.each(|row| {
+            if is_data(&self.cells, row) {
+                last = row.number;
+            }
+            Ok(ControlFlow::Continue(()))
+        })?;
+        Ok(last)
+    }
 }
 
 /// The columns of a probe.

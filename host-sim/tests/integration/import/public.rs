@@ -236,6 +236,16 @@ fn probes_stamped_shortly_apart_become_whole_readings() {
     assert_eq!((&answer["rows"], &answer["lost"]), (&3.into(), &0.into()), "{answer}");
     assert_polar(&readings[2], 1, (60.0, 200.0));
     assert_eq!(answer["remarks"][0], "3 rows were joined with rows of other probes up to 0.150 s before.");
+    // the same with a column for each
+    let mut wide = String::from("Timestamp,Speed [rpm],DE 1X Amp [um pp],DE 1X Phase [deg lag],");
+    wide += "NDE 1X Amp [um pp],NDE 1X Phase [deg lag]\n";
+    for hour in 0..3 {
+        wide += &format!("2025-03-04 1{hour}:00:00.10,298{hour},80,30,,\n");
+        wide += &format!("2025-03-04 1{hour}:00:00.25,298{hour},,,60,200\n");
+    }
+    let (answer, readings) = imported(&folder, &[&folder.write("w.csv", wide)], &[]);
+    assert_eq!((&answer["rows"], &answer["lost"]), (&3.into(), &0.into()), "{answer}");
+    assert_polar(&readings[2], 1, (60.0, 200.0));
     // half the time to the next reading is another reading
     let apart = text.replace(":00:00.25", ":30:00");
     let (answer, _) = imported(&folder, &[&folder.write("a.csv", apart)], &[]);
