@@ -1,5 +1,6 @@
 //! Readings written as `measured.csv`.
 
+use std::fmt::Write as _;
 use std::io::Write;
 
 use super::condition::Condition;
@@ -25,7 +26,10 @@ pub fn write_probes(
     probes: &[impl AsRef<str>],
     readings: &[Reading],
 ) -> Result<(), csv::Error> {
-    write_numbers(out, probes, &[], readings, |um| format!("{um:.5}"), |v| format!("{v:.4}"))
+    fn rounded<const DIGITS: usize>(text: &mut String, x: f64) {
+        let _ = write!(text, "{x:.DIGITS$}");
+    }
+    write_numbers(out, probes, &[], readings, rounded::<5>, rounded::<4>)
 }
 
 /// The same with twelve digits of every number.
@@ -50,9 +54,37 @@ pub fn write_with_conditions(
     conditions: &[Condition],
     readings: &[Reading],
 ) -> Result<(), csv::Error> {
-    // through its decimal digits a number loses the binary ones behind them
-    let twelve = |x: f64| format!("{x:.11e}").parse().unwrap_or(x).to_string();
-    write_numbers(out, probes, conditions, readings, twelve, twelve)
+    write_numbers(out, probes, conditions, readings, twelve_digits, twelve_digits)
+}
+
+/// Adds a number with twelve digits, as the number nearest to these would be written shortest.
+fn twelve_digits(text: &mut String, x: f64) {
+    let from = text.len();
+    let _ = write!(text, "{x:.11e}");
+    let written = &text[from..];
+    let Some((mantissa, exponent)) = written.split_once('e') else { return };
+    let Ok(exponent) = exponent.parse::<i32>() else { return };
+    let mut digits = [0; 12];
+    let stands = mantissa.bytes().filter(u8::is_ascii_digit);
+    digits.iter_mut().zip(stands).for_each(|(place, digit)| *place = digit);
+    let count = digits.iter().rposition(|digit| *digit != b'0').map_or(1, |last| last + 1);
+    text.truncate(from);
+    if x.is_sign_negative() {
+        text.push('-');
+    }
+    // digits before the point
+    let whole = exponent + 1;
+    if whole <= 0 {
+        text.push_str("0.");
+        (whole..0).for_each(|_| text.push('0'));
+    }
+    for (place, digit) in (0..).zip(&digits[..count]) {
+        if place == whole && place > 0 {
+            text.push('.');
+        }
+        text.push(char::from(*digit));
+    }
+    (count as i32..whole).for_each(|_| text.push('0'));
 }
 
 fn write_numbers(
@@ -60,8 +92,8 @@ fn write_numbers(
     probes: &[impl AsRef<str>],
     conditions: &[Condition],
     readings: &[Reading],
-    um: impl Fn(f64) -> String,
-    volts: impl Fn(f64) -> String,
+    um: impl Fn(&mut String, f64),
+    volts: impl Fn(&mut String, f64),
 ) -> Result<(), csv::Error> {
     let with_run = readings.iter().any(|r| r.run.is_some());
     let with_session = readings.iter().any(|r| r.session.is_some());
@@ -82,27 +114,37 @@ fn write_numbers(
     }
     header.extend(conditions.iter().map(|c| spreadsheet::cell(&c.column()).into_owned()));
     writer.write_record(&header)?;
+    let shortest = |text: &mut String, x: f64| {
+        let _ = write!(text, "{x}");
+    };
+    // one text for all cells, as there may be millions of them
+    let mut text = String::new();
     for r in readings {
-        let mut cells: Vec<String> = Vec::new();
-        let name =
-            |name: &Option<String>| spreadsheet::cell(name.as_deref().unwrap_or_default()).into_owned();
-        cells.extend(with_run.then(|| name(&r.run)));
-        cells.extend(with_session.then(|| name(&r.session)));
-        cells.extend(with_time.then(|| r.time_d.map_or(String::new(), |t| t.to_string())));
-        cells.push(r.speed_rpm.to_string());
-        for y in &r.probes {
-            match y {
-                Some(y) => cells.extend([um(y.re * 1e6), um(-y.im * 1e6)]),
-                None => cells.extend([String::new(), String::new()]),
+        for name in [with_run.then_some(&r.run), with_session.then_some(&r.session)].into_iter().flatten() {
+            writer.write_field(&*spreadsheet::cell(name.as_deref().unwrap_or_default()))?;
+        }
+        let mut put = |value: Option<f64>, write: &dyn Fn(&mut String, f64)| {
+            text.clear();
+            if let Some(x) = value {
+                write(&mut text, x);
             }
+            writer.write_field(&text)
+        };
+        if with_time {
+            put(r.time_d, &shortest)?;
         }
-        if with_gaps {
-            let gap = |p: usize| r.gaps_v.get(p).copied().flatten();
-            cells.extend((0..probes.len()).map(|p| gap(p).map_or(String::new(), &volts)));
+        put(Some(r.speed_rpm), &shortest)?;
+        for y in &r.probes {
+            put(y.map(|y| y.re * 1e6), &um)?;
+            put(y.map(|y| -y.im * 1e6), &um)?;
         }
-        let value = |i: usize| r.conditions.get(i).copied().flatten();
-        cells.extend((0..conditions.len()).map(|i| value(i).map_or(String::new(), &volts)));
-        writer.write_record(&cells)?;
+        for p in (0..probes.len()).filter(|_| with_gaps) {
+            put(r.gaps_v.get(p).copied().flatten(), &volts)?;
+        }
+        for i in 0..conditions.len() {
+            put(r.conditions.get(i).copied().flatten(), &volts)?;
+        }
+        writer.write_record(None::<&[u8]>)?;
     }
     writer.flush()?;
     Ok(())
@@ -113,6 +155,24 @@ mod tests {
     use super::*;
     use crate::measurement::parse;
     use crate::testing::sample_rotor;
+
+    #[test]
+    fn twelve_digits_equal_shortest_form_of_rounded_number() {
+        let mut x = 1.234_567_890_123_456_7e-9_f64;
+        for i in 0..2000 {
+            let value = if i % 3 == 0 { -x } else { x };
+            for value in [value, (1e3 * value).round(), 0.0, -0.0, 100.0, 0.5, 999_999_999_999.6] {
+                let mut text = String::new();
+                twelve_digits(&mut text, value);
+                let expected: f64 = format!("{value:.11e}").parse().unwrap();
+                assert_eq!(text, expected.to_string());
+            }
+            x *= 1.0312;
+        }
+        let mut text = String::new();
+        twelve_digits(&mut text, f64::NAN);
+        assert_eq!(text, "NaN");
+    }
 
     #[test]
     fn sessions_are_read_back_as_written_and_empty_cells_are_none() {
