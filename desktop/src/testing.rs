@@ -1,5 +1,7 @@
 //! Rotors for unit tests.
 
+use crate::bearing::Law;
+use crate::bearing::film_law::FilmLaw;
 use crate::machine::drawing::{
     Bearing, Coefficients, Coupling, Disk, Flexibility, Mount, Physics, Plane, Probe, Rotor, Segment,
     Tolerance,
@@ -132,4 +134,13 @@ pub fn train() -> Rotor {
         plane: vec![plane("motor", 0.45), plane("fan", 1.5)],
         ..uniform_shaft()
     }
+}
+
+/// A plain oil film of a 100 mm journal that carries this load.
+pub fn film(load_n: f64) -> Law {
+    let film = format!(
+        "kind = 'plain'\ndiameter_m = 0.1\nlength_m = 0.05\nradial_clearance_m = 1e-4\niso_vg = 46.0\n\
+         temperature_c = 55.0\nload_n = {load_n}"
+    );
+    Law::Film(FilmLaw::new(toml::from_str(&film).unwrap()).unwrap())
 }

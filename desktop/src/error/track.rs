@@ -3,17 +3,12 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrackError {
-    /// The rotor has not exactly two bearings.
+    /// No bearing has a number that may change: all of them are magnetic.
     #[error(
-        "`track` needs exactly two bearings, the rotor has {given}; `compare` and `diagnose` accept any number"
+        "`track` needs a bearing with coefficients, a table or a film, and the rotor has magnetic supports alone; use `compare` or \
+         `diagnose`"
     )]
-    Bearings { given: usize },
-    /// A bearing's coefficients depend on speed, load or amplitude, or are learned.
-    #[error(
-        "`track` needs constant bearing coefficients; state those of \"{bearing}\" at the record's speed as stiffness_n_m and \
-         damping_n_s_m"
-    )]
-    VaryingBearing { bearing: String },
+    NothingToFollow,
     /// The file has a foundation.
     #[error(
         "`track` needs bearings on rigid ground or pedestals, and the file has a [foundation]; use `compare` or `diagnose`"

@@ -72,8 +72,13 @@ impl Tracking<'_> {
             return self.replace(free, state, run);
         }
         let (held, _) = self.held(&run.estimates, streak[0]);
-        let before =
-            BeforeEvent { logs: &state.logs, unbalance_kg_m: &held, suspect, plane: self.plane_of(suspect) };
+        let before = BeforeEvent {
+            numbers: &self.numbers,
+            logs: &state.logs,
+            unbalance_kg_m: &held,
+            suspect,
+            plane: self.plane_of(suspect),
+        };
         let cases = fit_all(streak, &before);
         let best = cases.iter().min_by(|a, b| a.criterion.total_cmp(&b.criterion)).cloned();
         let found = best

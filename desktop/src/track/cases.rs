@@ -5,7 +5,7 @@
 //! |---|---|
 //! | 1 | the suspect bearing's stiffness and damping |
 //! | 2 | the same, and the unbalance of its plane |
-//! | 3 | both bearings' stiffness and damping |
+//! | 3 | all bearings' stiffness and damping |
 //! | 4 | everything |
 //!
 //! The paper takes the case of least residual, found by a swarm. Here each case is fitted to its optimum,
@@ -20,8 +20,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::operating_point::Logs;
 use super::record::Day;
+use crate::bearing::law::Role;
 use crate::fit::descent::{Objective, Stop, descend};
-use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::FollowedNumber;
 
 type C = Complex<f64>;
 
@@ -47,6 +48,7 @@ pub struct CaseFit {
 
 /// State before the event, from which every case starts.
 pub struct BeforeEvent<'a> {
+    pub numbers: &'a [FollowedNumber],
     pub logs: &'a [f64],
     pub unbalance_kg_m: &'a [C],
     pub suspect: usize,
@@ -58,12 +60,11 @@ pub struct BeforeEvent<'a> {
 pub fn fit_all(days: &[&Day], before: &BeforeEvent) -> Vec<CaseFit> {
     let planes = before.unbalance_kg_m.len();
     let count = before.logs.len();
-    let bearing = |i: &usize| coefficient(*i, count).0 == before.suspect;
-    let own: Vec<usize> = (0..count).filter(bearing).collect();
-    let both: Vec<usize> = (0..count).collect();
+    let own: Vec<usize> = (0..count).filter(|i| before.numbers[*i].bearing == before.suspect).collect();
+    let every: Vec<usize> = (0..count).collect();
     let all: Vec<usize> = (0..planes).collect();
     let cases: [(u8, &[usize], &[usize]); 4] =
-        [(1, &own, &[]), (2, &own, &[before.plane]), (3, &both, &[]), (4, &both, &all)];
+        [(1, &own, &[]), (2, &own, &[before.plane]), (3, &every, &[]), (4, &every, &all)];
     cases.iter().filter_map(|(case, logs, planes)| fit(*case, days, before, logs, planes)).collect()
 }
 
@@ -73,7 +74,12 @@ fn fit(case: u8, days: &[&Day], before: &BeforeEvent, logs: &[usize], planes: &[
     for [stiffness, damping] in STARTS {
         let mut start = DVector::zeros(at.x.len());
         for (k, i) in logs.iter().enumerate() {
-            start[k] = (if coefficient(*i, before.logs.len()).2 { damping } else { stiffness }).ln();
+            let by = match before.numbers[*i].law.role {
+                Role::Stiffness => stiffness,
+                Role::Damping => damping,
+                Role::Other => 1.0,
+            };
+            start[k] = by.ln();
         }
         at.move_to(&start);
         descend(&mut at, STOP);
@@ -114,6 +120,10 @@ struct CaseMisfit<'a> {
 impl CaseMisfit<'_> {
     fn unit_kg_m(&self) -> f64 {
         self.before.unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    fn prior_sd(&self, number: usize) -> f64 {
+        self.before.numbers[number].law.prior_sd
     }
 
     fn state(&self) -> (Logs, Vec<C>) {
@@ -172,7 +182,7 @@ impl Objective for CaseMisfit<'_> {
     }
 
     fn value(&self) -> f64 {
-        let prior: f64 = self.x.iter().take(self.logs.len()).map(|x| (x / PRIOR_LOG_SD).powi(2)).sum();
+        let prior: f64 = self.logs.iter().zip(&self.x).map(|(i, x)| (x / self.prior_sd(*i)).powi(2)).sum();
         let misfit =
             self.days.iter().map(|d| Some(self.day(d, false)?.0.norm_squared())).sum::<Option<f64>>();
         misfit.map_or(f64::INFINITY, |misfit| misfit + prior)
@@ -186,9 +196,9 @@ impl Objective for CaseMisfit<'_> {
             gram += jacobian.tr_mul(&jacobian);
             slope += jacobian.tr_mul(&residual);
         }
-        for k in 0..self.logs.len() {
-            gram[(k, k)] += PRIOR_LOG_SD.powi(-2);
-            slope[k] += self.x[k] * PRIOR_LOG_SD.powi(-2);
+        for (k, i) in self.logs.iter().enumerate() {
+            gram[(k, k)] += self.prior_sd(*i).powi(-2);
+            slope[k] += self.x[k] * self.prior_sd(*i).powi(-2);
         }
         Some((gram, slope))
     }

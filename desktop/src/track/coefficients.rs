@@ -1,38 +1,65 @@
-//! The bearing coefficients that change from day to day: the direct ones of each bearing.
+//! The numbers of bearings that change from day to day, each a logarithm: those that the data may decide of a bearing's law.
 
+use super::operating_point::Logs;
 pub use crate::bearing::law::PRIOR_LOG_SD;
+use crate::bearing::law::{LawUnknown, Role};
 use crate::effects::entry;
 use crate::error::{Error, TrackError};
-use crate::machine::drawing::{Bearing, Rotor};
+use crate::machine::drawing::Rotor;
+use crate::statistics::scale::Scale;
 
-/// Direct coefficients of one bearing: k_xx k_yy c_xx c_yy.
-pub const PER_BEARING: usize = 4;
-
-/// Bearing, axis (0 for x) of coefficient `i` of `count`, and whether it is damping. The order is that of phase I:
-/// k_xx k_yy of each bearing, then c_xx c_yy of each.
-pub fn coefficient(i: usize, count: usize) -> (usize, usize, bool) {
-    let half = count / 2;
-    ((i % half) / 2, i % 2, i >= half)
+/// A number of a bearing that a record is followed in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowedNumber {
+    /// Number of the bearing in the file.
+    pub bearing: usize,
+    /// Its place among the unknowns of the bearing's law.
+    pub place: usize,
+    /// Its name, unit and role, the stated logarithm, and the standard deviation of that.
+    pub law: LawUnknown,
 }
 
-/// Place of a coefficient among `count`.
-pub fn index(bearing: usize, axis: usize, damping: bool, count: usize) -> usize {
-    2 * bearing + axis + if damping { count / 2 } else { 0 }
+impl FollowedNumber {
+    pub fn is_damping(&self) -> bool {
+        self.law.role == Role::Damping
+    }
+
+    /// Spread of its logarithm relative to that of a direct coefficient.
+    pub fn width(&self) -> f64 {
+        self.law.prior_sd / PRIOR_LOG_SD
+    }
 }
 
-/// What a record can be followed on: two bearings whose coefficients are stated as constants, and probes that see the
-/// shaft's own motion.
+/// The followed numbers of all bearings, in the order of phase I: direct stiffness of every bearing, then direct damping, then the
+/// rest. A law with direct coefficients, or factors on them, is followed in these; one of other numbers, as an oil film, in all of
+/// them that are positive. Numbers that may change sign are held as they are stated.
+pub fn followed(rotor: &Rotor) -> Vec<FollowedNumber> {
+    let of = |(bearing, b): (usize, &crate::machine::drawing::Bearing)| {
+        let all = b.law.as_law().unknowns().into_iter().enumerate();
+        let positive: Vec<(usize, LawUnknown)> =
+            all.filter(|(_, law)| law.scale == Scale::Logarithmic).collect();
+        let is_direct = |law: &LawUnknown| law.role != Role::Other;
+        let has_direct = positive.iter().any(|(_, law)| is_direct(law));
+        let chosen = positive.into_iter().filter(move |(_, law)| is_direct(law) || !has_direct);
+        chosen.map(move |(place, law)| FollowedNumber { bearing, place, law })
+    };
+    let mut all: Vec<FollowedNumber> = rotor.bearing.iter().enumerate().flat_map(of).collect();
+    all.sort_by_key(|n| n.law.role);
+    all
+}
+
+/// Logarithms of the followed numbers as a rotor's file states them.
+pub fn logs_of(rotor: &Rotor) -> Logs {
+    followed(rotor).into_iter().map(|n| n.law.stated).collect()
+}
+
+/// What a record can be followed on: bearings of which some number may change, and probes that see the shaft's own motion.
 ///
 /// # Errors
 /// If this machine has others.
 pub fn can_follow(rotor: &Rotor) -> Result<(), Error> {
-    let given = rotor.bearing.len();
-    if given != 2 {
-        return Err(TrackError::Bearings { given }.into());
-    }
-    let constant = |b: &&Bearing| b.constants().is_some_and(|k| k.learned.is_none());
-    if let Some(b) = rotor.bearing.iter().find(|b| !constant(b)) {
-        return Err(TrackError::VaryingBearing { bearing: b.name.clone() }.into());
+    if followed(rotor).is_empty() {
+        return Err(TrackError::NothingToFollow.into());
     }
     if rotor.foundation.is_some() {
         return Err(TrackError::Foundation.into());
@@ -50,8 +77,13 @@ mod tests {
     use crate::bearing::Law;
     use crate::bearing::magnetic::Magnetic;
     use crate::bearing::support::Pedestal;
+    use crate::bearing::table::{CoefficientTable, TableRow};
     use crate::machine::drawing::Mount;
-    use crate::testing::sample_rotor;
+    use crate::testing::{film, sample_rotor, train};
+
+    fn magnets() -> Law {
+        Law::Magnetic(Magnetic { stiffness_n_m: -1e6, damping_n_s_m: 0.0 })
+    }
 
     #[test]
     fn untrackable_machine_is_refused_with_its_part_named() {
@@ -61,14 +93,10 @@ mod tests {
             change(&mut rotor);
             can_follow(&rotor).unwrap_err()
         };
-        let one = refused(|r| r.bearing.truncate(1));
-        assert_eq!(one, TrackError::Bearings { given: 1 }.into());
+        let magnetic = refused(|r| r.bearing.iter_mut().for_each(|b| b.law = magnets()));
+        assert_eq!(magnetic, TrackError::NothingToFollow.into());
         // a message of the part is that of the whole
-        assert!(one.to_string().contains("the rotor has 1"), "{one}");
-        let magnets = refused(|r| {
-            r.bearing[1].law = Law::Magnetic(Magnetic { stiffness_n_m: -1e6, damping_n_s_m: 0.0 });
-        });
-        assert_eq!(magnets, TrackError::VaryingBearing { bearing: "B".into() }.into());
+        assert!(magnetic.to_string().contains("needs a bearing"), "{magnetic}");
         let housing = refused(|r| {
             r.bearing[1].pedestal = Some(Pedestal::isotropic(1e9, 0.0, 50.0));
             r.probe[3].mount = Mount::Housing;
@@ -80,6 +108,58 @@ mod tests {
     fn housing_probe_without_pedestal_motion_can_be_tracked() {
         let mut rotor = sample_rotor();
         rotor.probe[3].mount = Mount::Housing;
+        assert!(can_follow(&rotor).is_ok());
+    }
+
+    #[test]
+    fn any_number_of_bearings_is_followed_in_phase_one_order() {
+        let mut one = sample_rotor();
+        one.bearing.truncate(1);
+        for rotor in [one, sample_rotor(), train()] {
+            assert!(can_follow(&rotor).is_ok());
+            let numbers = followed(&rotor);
+            assert_eq!(numbers.len(), 4 * rotor.bearing.len());
+            let bearings = crate::machine::bearings::Bearings::of(&rotor);
+            for (ours, theirs) in numbers.iter().zip(bearings.unknowns()) {
+                assert_eq!((ours.bearing, &ours.law), (theirs.bearing, &theirs.law));
+            }
+        }
+    }
+
+    #[test]
+    fn each_law_is_followed_in_its_own_positive_numbers() {
+        let row = |speed_rpm, k| TableRow {
+            speed_rpm,
+            kxx: k,
+            kxy: 0.2 * k,
+            kyx: -0.1 * k,
+            kyy: 2.0 * k,
+            cxx: 1e4,
+            cxy: 0.0,
+            cyx: 0.0,
+            cyy: 2e4,
+        };
+        let mut rotor = train();
+        rotor.bearing[0].law =
+            Law::Table(CoefficientTable::new(vec![row(1000.0, 1e7), row(9000.0, 3e7)]).unwrap());
+        rotor.bearing[1].law = film(3000.0);
+        rotor.bearing[2].law = magnets();
+        let named: Vec<(usize, String)> =
+            followed(&rotor).into_iter().map(|n| (n.bearing, n.law.symbol)).collect();
+        let expected = [
+            (0, "factor on k_xx"),
+            (0, "factor on k_yy"),
+            (3, "k_xx"),
+            (3, "k_yy"),
+            (0, "factor on c_xx"),
+            (0, "factor on c_yy"),
+            (3, "c_xx"),
+            (3, "c_yy"),
+            (1, "clearance"),
+            (1, "viscosity"),
+            (1, "load"),
+        ];
+        assert_eq!(named, expected.map(|(b, s)| (b, s.to_string())));
         assert!(can_follow(&rotor).is_ok());
     }
 }

@@ -1,18 +1,23 @@
 //! Phase I once, then phase II daily.
 
+use std::sync::Arc;
+
 use nalgebra::{Complex, DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
 use super::answer::{Config, Flag, FlagCause, Method, ReadingEstimate, Reidentified};
+use super::coefficients::{FollowedNumber, followed, logs_of};
 use super::conditions::{self, Covariate};
 use super::detector::{ReadingResidual, ResidualDetector};
 use super::faults;
-use super::operating_point::{Logs, logs_of};
+use super::operating_point::Logs;
 use super::record::{self, Day};
 use super::step::Steps;
 use crate::error::{Error, TrackError};
-use crate::identify::{PhaseOne, PhaseOneConfig, UnbalanceBounds, identify, least_residual};
+use crate::identify::{
+    BearingParameter, PhaseOne, PhaseOneConfig, UnbalanceBounds, identify, least_residual,
+};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
 use crate::unbalance::phasor_kg_m;
@@ -22,7 +27,7 @@ type C = Complex<f64>;
 /// Readings that the start is checked with, and that a search over all days begins from.
 const FIRST_READINGS: usize = 3;
 /// Largest deviation of a bearing coefficient's logarithm from its identified value: hydrodynamic bearings change
-/// by a quarter with load and temperature.
+/// by a quarter with load and temperature. Of a number that is known better than a coefficient it is that much less.
 pub const WALK_RANGE: f64 = 0.25;
 /// Samples drawn from that range.
 const WALK_DRAWS: usize = 200;
@@ -41,6 +46,9 @@ pub struct Tracking<'a> {
     pub phase_one: Option<PhaseOne>,
     pub remarks: Vec<String>,
     pub bearing_of: Vec<usize>,
+    /// The numbers of the bearings that are followed.
+    pub numbers: Arc<[FollowedNumber]>,
+    /// Their identified logarithms.
     pub logs: Logs,
     /// Covariance of that after phase I; zero if the file was identified.
     pub logs_covariance: DMatrix<f64>,
@@ -79,7 +87,7 @@ impl<'a> Tracking<'a> {
         let unbalance_kg_m = identified.plane.iter().map(phasor).collect::<Result<Vec<C>, Error>>()?;
         let largest = unbalance_kg_m.iter().map(|u| u.norm()).fold(f64::MIN_POSITIVE, f64::max);
         let logs = logs_of(identified);
-        let count = logs.len();
+        let numbers: Arc<[FollowedNumber]> = followed(rotor).into();
         let mut days = record::days(identified, &noise, record)?;
         let mut covariates = Vec::new();
         if config.method == Method::Joint {
@@ -90,11 +98,12 @@ impl<'a> Tracking<'a> {
         let tracking = Self {
             days,
             covariates,
-            logs,
             logs_covariance: phase_one.as_ref().map_or_else(
-                || DMatrix::zeros(count, count),
-                |found| found.bearings_covariance().resize(count, count, 0.0),
+                || DMatrix::zeros(logs.len(), logs.len()),
+                |found| covariance_of(rotor, found, &numbers),
             ),
+            numbers,
+            logs,
             bearing_of: rotor.probe.iter().map(|p| rotor.bearing_of(p).unwrap_or(0)).collect(),
             bounds: UnbalanceBounds { growth: config.growth, floor_kg_m: BOUND_FLOOR * largest },
             rotor,
@@ -134,13 +143,18 @@ impl<'a> Tracking<'a> {
         let mut largest = 0.0_f64;
         for _ in 0..WALK_DRAWS {
             let elsewhere: Logs =
-                logs.iter().map(|log| log + random.random_range(-WALK_RANGE..WALK_RANGE)).collect();
+                logs.iter().zip(&self.ranges()).map(|(log, r)| log + random.random_range(-r..*r)).collect();
             let Some(motion) = day.point.on(&elsewhere) else { continue };
             let shown = motion.at(&self.unbalance_kg_m).into_iter().map(Some).collect();
             let drawn = Day { measured_m: shown, ..day.clone() };
             largest = largest.max(self.phase_two(&drawn, logs, None).map_or(0.0, |e| e.residual.ratio()));
         }
         largest
+    }
+
+    /// Usual range of each logarithm around its identified value.
+    pub fn ranges(&self) -> Vec<f64> {
+        self.numbers.iter().map(|n| WALK_RANGE * n.width()).collect()
     }
 
     /// Readings without a lost probe.
@@ -296,6 +310,18 @@ fn start(rotor: &Rotor, record: &[Reading], runup: &[Reading], config: &Config) 
     identify(rotor, &readings, &phase_one_config(config))
 }
 
+/// Covariance of these numbers after phase I.
+fn covariance_of(rotor: &Rotor, found: &PhaseOne, numbers: &[FollowedNumber]) -> DMatrix<f64> {
+    let all = found.bearings_covariance();
+    let is_it = |n: &FollowedNumber, p: &BearingParameter| {
+        p.bearing == rotor.bearing[n.bearing].name && p.symbol == n.law.symbol
+    };
+    let place = |n: &FollowedNumber| found.bearings.iter().position(|p| is_it(n, p));
+    let places: Vec<Option<usize>> = numbers.iter().map(place).collect();
+    let of = |i: usize, j: usize| Some(all[(places[i]?, places[j]?)]);
+    DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| of(i, j).unwrap_or(0.0))
+}
+
 fn phase_one_config(config: &Config) -> PhaseOneConfig {
     PhaseOneConfig { seed: config.seed, ..PhaseOneConfig::default() }
 }
@@ -306,7 +332,6 @@ mod tests {
     use crate::model::Model;
     use crate::testing::sample_rotor;
     use crate::track::answer::Method;
-    use crate::track::coefficients::coefficient;
     use crate::units::rad_s;
     use rand_distr::StandardNormal;
 
@@ -323,14 +348,13 @@ mod tests {
         let offsets: Logs = (0..8).map(|_| 0.15 * normal()).collect();
         let mut read = |speeds_rpm: &[f64], day: f64, walk: [f64; 2]| -> Vec<Reading> {
             let mut rotor = sample_rotor();
-            for (i, offset) in offsets.iter().enumerate() {
-                let (bearing, axis, damping) = coefficient(i, offsets.len());
-                let constants = rotor.bearing[bearing].constants_mut().unwrap();
-                let (of, by) = match damping {
-                    true => (&mut constants.damping_n_s_m, -1.1 * walk[bearing]),
-                    false => (&mut constants.stiffness_n_m, walk[bearing]),
+            for (n, offset) in followed(&rotor).iter().zip(&offsets) {
+                let constants = rotor.bearing[n.bearing].constants_mut().unwrap();
+                let (of, by) = match n.is_damping() {
+                    true => (&mut constants.damping_n_s_m, -1.1 * walk[n.bearing]),
+                    false => (&mut constants.stiffness_n_m, walk[n.bearing]),
                 };
-                *(if axis == 0 { &mut of.xx } else { &mut of.yy }) *= (offset + by).exp();
+                *(if n.law.symbol.ends_with("xx") { &mut of.xx } else { &mut of.yy }) *= (offset + by).exp();
             }
             let model = Model::finite_elements(&rotor);
             let mut one = |speed_rpm: &f64| {

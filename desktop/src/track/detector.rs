@@ -26,14 +26,14 @@ impl Default for DetectorThresholds {
 }
 
 /// Calculated against measured features of one reading.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReadingResidual {
     /// `e = Σ|calculated − measured|`, µm.
     pub e_um: f64,
     /// `f = Σ|measured|`, µm.
     pub f_um: f64,
-    /// `e` of the probes at each bearing, µm.
-    pub bearing_um: [f64; 2],
+    /// `e` of the probes at each bearing, µm; bearings after the last one with probes are left out.
+    pub bearing_um: Vec<f64>,
 }
 
 impl ReadingResidual {
@@ -43,7 +43,8 @@ impl ReadingResidual {
         measured_m: &[Option<Complex<f64>>],
         bearing_of: &[usize],
     ) -> Self {
-        let mut residual = Self::default();
+        let bearings = bearing_of.iter().max().map_or(0, |last| last + 1);
+        let mut residual = Self { bearing_um: vec![0.0; bearings], ..Self::default() };
         for ((c, m), bearing) in calculated_m.iter().zip(measured_m).zip(bearing_of) {
             let Some(m) = m else { continue };
             let e_um = (c - m).l1_norm() * 1e6;
@@ -77,7 +78,7 @@ pub struct ResidualDetector {
     /// Residual ratios of the last good readings.
     good: VecDeque<f64>,
     streak: usize,
-    recent_um: VecDeque<[f64; 2]>,
+    recent_um: VecDeque<Vec<f64>>,
 }
 
 impl ResidualDetector {
@@ -104,12 +105,12 @@ impl ResidualDetector {
             self.accept(residual);
         }
         let persistence = self.thresholds.persistence.max(1);
-        push(&mut self.recent_um, residual.bearing_um, persistence);
-        let gauge = self.recent_um.iter().fold([0.0; 2], |[a, b], [one, two]| [a + one, b + two]);
+        push(&mut self.recent_um, residual.bearing_um.clone(), persistence);
+        let gauge = |bearing: usize| self.recent_um.iter().map(|um| um[bearing]).sum::<f64>();
         DetectorResult {
             suspicious,
             lasting: self.streak >= persistence,
-            suspect: usize::from(gauge[1] > gauge[0]),
+            suspect: largest((0..residual.bearing_um.len()).map(gauge)),
         }
     }
 
@@ -124,6 +125,12 @@ impl ResidualDetector {
     }
 }
 
+/// Place of the largest value, the first of equal ones; 0 if there is none.
+pub fn largest(values: impl Iterator<Item = f64>) -> usize {
+    let first = (0, f64::NEG_INFINITY);
+    values.enumerate().fold(first, |best, one| if one.1 > best.1 { one } else { best }).0
+}
+
 fn push<T>(queue: &mut VecDeque<T>, value: T, most: usize) {
     queue.push_back(value);
     if queue.len() > most {
@@ -136,7 +143,7 @@ mod tests {
     use super::*;
 
     fn residual(e_um: f64, bearing: usize) -> ReadingResidual {
-        let mut bearing_um = [0.0; 2];
+        let mut bearing_um = vec![0.0; 4];
         bearing_um[bearing] = e_um;
         ReadingResidual { e_um, f_um: 100.0, bearing_um }
     }

@@ -43,12 +43,13 @@ pub use answer::{
 };
 pub use bayes::sampling::{PosteriorSample, Quality, SamplerKind, Sampling};
 pub use cases::CaseFit;
+pub use coefficients::{FollowedNumber, followed};
 pub use detector::{DetectorThresholds, ReadingResidual};
 pub use faults::check as check_record;
 pub use filtered::filtered;
 pub use joint::{
-    BearingEffect, ConditionEffect, ConstantPart, Event, Instrument, JointFindings, LaterRunup, LogChange,
-    OtherEffect, PlaneEffect, Scope, SecondSpeed,
+    BearingEffect, BearingSet, ConditionEffect, ConstantPart, Event, Instrument, JointFindings, LaterRunup,
+    LogChange, OtherEffect, PlaneEffect, Scope, SecondSpeed,
 };
 pub use operating_point::Logs;
 

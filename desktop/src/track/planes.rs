@@ -67,7 +67,7 @@ mod tests {
     use crate::measurement::Reading;
     use crate::model::Model;
     use crate::testing::sample_rotor;
-    use crate::track::operating_point::logs_of;
+    use crate::track::coefficients::logs_of;
     use crate::track::record::days;
 
     /// What a reading of the sample with further planes tells.

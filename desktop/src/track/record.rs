@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::operating_point::{OperatingPoint, model};
+use super::operating_point::{FollowedMachine, OperatingPoint};
 use crate::error::{Error, TrackError};
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -51,15 +51,14 @@ pub fn time_d(row: usize, reading: &Reading) -> f64 {
 /// # Errors
 /// If the machine is singular at one of the speeds, or a run's weight is in no plane.
 pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>, Error> {
-    let model = model(rotor);
+    let machine = FollowedMachine::of(rotor);
     let day = |(row, r): (usize, &Reading)| {
         let weights_kg_m = weights_kg_m(rotor, r)?;
         Ok(Day {
             row,
             time_d: time_d(row, r),
             speed_rad_s: r.speed_rad_s(),
-            point: OperatingPoint::new(&model, rotor.bearing.len(), r.speed_rad_s())?
-                .with_weights(&weights_kg_m),
+            point: machine.at(r.speed_rad_s())?.with_weights(&weights_kg_m),
             weights_kg_m,
             measured_m: r.probes.clone(),
             sigma_m: r.probes.iter().map(|y| noise.sigma_m(y.unwrap_or_default())).collect(),

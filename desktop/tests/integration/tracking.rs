@@ -5,6 +5,7 @@ mod conditions;
 mod generator;
 mod random;
 mod score;
+mod whole;
 
 use std::sync::OnceLock;
 

@@ -1,17 +1,13 @@
 //! Names of coefficients, methods and events, as text, JSON and CSV share them.
 
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::track::{Instrument, Method, SamplerKind, Scope};
+use rotor_edge_desktop::track::{FollowedNumber, Instrument, Method, SamplerKind, Scope, followed};
 
-/// Names of the eight coefficients, in the order of phase I.
+/// Names of the bearings' followed numbers, in the order of phase I.
 pub fn coefficient_names(rotor: &Rotor) -> Vec<String> {
-    let of = |kind: &str| {
-        let axes = |b: &rotor_edge_desktop::machine::drawing::Bearing| {
-            ["xx", "yy"].map(|a| format!("{}_{kind}_{a}", b.name))
-        };
-        rotor.bearing.iter().flat_map(axes).collect::<Vec<_>>()
-    };
-    [of("k"), of("c")].concat()
+    let name =
+        |n: &FollowedNumber| format!("{}_{}", rotor.bearing[n.bearing].name, n.law.symbol.replace(' ', "_"));
+    followed(rotor).iter().map(name).collect()
 }
 
 /// The method as the command line calls it.
@@ -36,8 +32,8 @@ pub fn kind_name(scope: Scope) -> &'static str {
 
 /// What an event changed, in words.
 pub fn scope_name(rotor: &Rotor, scope: Scope) -> String {
-    let bearings = rotor.bearing.iter().zip(scope.bearings).filter(|(_, changed)| *changed);
-    let mut parts: Vec<String> = bearings.map(|(b, _)| format!("bearing {}", b.name)).collect();
+    let bearings = scope.bearings.iter().map(|b| &rotor.bearing[b].name);
+    let mut parts: Vec<String> = bearings.map(|name| format!("bearing {name}")).collect();
     parts.extend(scope.unbalance.then(|| "the unbalance".to_string()));
     parts.extend(scope.elsewhere.then(|| "the machine between its bearings".to_string()));
     parts.extend(scope.instrument.map(|instrument| match instrument {

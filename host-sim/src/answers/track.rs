@@ -77,7 +77,7 @@ pub struct CaseAnswer {
     pub planes: Vec<PlaneUnbalance>,
 }
 
-/// Bearings that were identified anew, N/m and N·s/m.
+/// Bearings that were identified anew, SI units.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReidentifiedAnswer {
     pub since_d: f64,
@@ -86,6 +86,9 @@ pub struct ReidentifiedAnswer {
     pub bearing: String,
     pub bearings: ByName<f64>,
     pub cases: Vec<CaseAnswer>,
+    /// Bearings that the machine has.
+    #[serde(skip)]
+    pub of_bearings: usize,
 }
 
 /// Ends of a plane's 95 % interval.
@@ -96,7 +99,7 @@ pub struct PlaneInterval {
     pub angle_deg: [f64; 2],
 }
 
-/// Ends of the 95 % intervals of an estimate; bearings in N/m and N·s/m.
+/// Ends of the 95 % intervals of an estimate; bearings in SI units.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimateInterval {
     pub planes: Vec<PlaneInterval>,
@@ -178,7 +181,7 @@ pub struct PossibleEventAnswer {
     pub probability: f64,
 }
 
-/// The constant part of a coefficient, N/m or N·s/m.
+/// The constant part of a number of a bearing, SI unit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConstantAnswer {
     pub name: String,
@@ -317,6 +320,7 @@ impl ReidentifiedAnswer {
             bearing: rotor.bearing[r.bearing].name.clone(),
             bearings: bearings(rotor, &r.logs),
             cases: r.cases.iter().map(case).collect(),
+            of_bearings: rotor.bearing.len(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::track::{Interval, ReadingEstimate, Track};
+use rotor_edge_desktop::track::{Interval, ReadingEstimate, Track, followed};
 use rotor_edge_desktop::unbalance::{G_MM, g_mm_deg};
 
 use super::names::coefficient_names;
@@ -18,7 +18,7 @@ pub struct TrackCurves {
     /// Cosine and sine of each probe in turn.
     pub features: Vec<FeatureCurve>,
     pub planes: Vec<PlaneCurve>,
-    /// Bearing coefficients in the order of phase I.
+    /// Followed numbers of the bearings in the order of phase I.
     pub coefficients: Vec<CoefficientCurve>,
     /// Samples of the last day, of methods that sample.
     pub posterior: Vec<PosteriorSamples>,
@@ -99,11 +99,11 @@ fn over_time(estimates: &[ReadingEstimate], value: impl Fn(&ReadingEstimate) -> 
 
 /// Names of the coefficients with the unit that they are drawn in and its factor.
 fn coefficients(rotor: &Rotor) -> impl Iterator<Item = (String, &'static str, f64)> {
-    let names = coefficient_names(rotor);
-    let stiffnesses = names.len() / 2;
-    names.into_iter().enumerate().map(move |(i, name)| match i < stiffnesses {
-        true => (name, "MN/m", 1e-6),
-        false => (name, "kN·s/m", 1e-3),
+    let numbers = followed(rotor).into_iter();
+    coefficient_names(rotor).into_iter().zip(numbers).map(|(name, number)| match number.law.unit {
+        "N/m" => (name, "MN/m", 1e-6),
+        "N·s/m" => (name, "kN·s/m", 1e-3),
+        unit => (name, unit, 1.0),
     })
 }
 

@@ -54,7 +54,7 @@ class Case(Record):
 
 @dataclass(frozen=True, eq=False)
 class Reidentified(Record):
-    """Bearings that were identified anew, N/m and N·s/m."""
+    """Bearings that were identified anew, SI units."""
 
     since_d: float
     time_d: float
@@ -75,7 +75,7 @@ class PlaneInterval(Record):
 
 @dataclass(frozen=True, eq=False)
 class EstimateInterval(Record):
-    """Ends of the 95 % intervals of an estimate; bearings in N/m and N·s/m."""
+    """Ends of the 95 % intervals of an estimate; bearings in SI units."""
 
     planes: tuple[PlaneInterval, ...]
     bearings: dict[str, Array]
@@ -125,7 +125,7 @@ class PossibleEvent(Record):
 
 @dataclass(frozen=True, eq=False)
 class Constant(Record):
-    """The constant part of a coefficient, N/m or N·s/m."""
+    """The constant part of a number of a bearing, SI unit."""
 
     name: str
     value: float

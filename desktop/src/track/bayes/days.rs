@@ -10,10 +10,11 @@ use nalgebra::{Complex, DMatrix, DVector};
 use super::chains::{CHAINS, PosteriorSamples, draw, moments};
 use super::marginal::{BearingGaussian, Marginal};
 use super::sampling::{PosteriorSample, SamplerKind, Sampling, spread};
+use crate::bearing::law::Role;
 use crate::track::adaptive::Jump;
 use crate::track::answer::{FlagCause, ReadingEstimate, Reidentified};
-use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
-use crate::track::daily::{EventDetector, TrackedRecord, Tracking, WALK_RANGE};
+use crate::track::coefficients::FollowedNumber;
+use crate::track::daily::{EventDetector, TrackedRecord, Tracking};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -27,18 +28,18 @@ const ASSUMED_DAYS: f64 = 20.0;
 const COMMON: f64 = 0.5;
 
 /// Covariance of a random walk that is uniform in its assumed range.
-fn walk_covariance(count: usize) -> DMatrix<f64> {
+fn walk_covariance(numbers: &[FollowedNumber], ranges: &[f64]) -> DMatrix<f64> {
     let common = |i: usize, j: usize| {
-        let ((a, _, of), (b, _, and)) = (coefficient(i, count), coefficient(j, count));
-        if i == j {
-            1.0
-        } else if a == b && of == and {
-            COMMON
-        } else {
-            0.0
-        }
+        let (a, b) = (&numbers[i], &numbers[j]);
+        let is_direct = a.law.role != Role::Other;
+        let correlation = match () {
+            () if i == j => 1.0,
+            () if is_direct && (a.bearing, a.law.role) == (b.bearing, b.law.role) => COMMON,
+            () => 0.0,
+        };
+        correlation * ranges[i] * ranges[j] / 3.0
     };
-    DMatrix::from_fn(count, count, common) * (WALK_RANGE * WALK_RANGE / 3.0)
+    DMatrix::from_fn(numbers.len(), numbers.len(), common)
 }
 
 /// Prior of the bearings on a new day: a Gaussian around the last identification, with a covariance learned from past
@@ -48,13 +49,15 @@ struct BearingWalk {
     /// Second moment around the identified bearings, and its weight in days.
     moment: DMatrix<f64>,
     days: f64,
+    /// Usual range of each logarithm.
+    ranges: Vec<f64>,
 }
 
 impl BearingWalk {
     /// A random walk uniform in its assumed range, plus the covariance of the identification.
-    fn around(identified: BearingGaussian) -> Self {
-        let moment = &identified.covariance + walk_covariance(identified.logs.len());
-        Self { identified, moment, days: ASSUMED_DAYS }
+    fn around(identified: BearingGaussian, numbers: &[FollowedNumber], ranges: Vec<f64>) -> Self {
+        let moment = &identified.covariance + walk_covariance(numbers, &ranges);
+        Self { identified, moment, days: ASSUMED_DAYS, ranges }
     }
 
     fn prior(&self) -> BearingGaussian {
@@ -71,8 +74,8 @@ impl BearingWalk {
 
     /// The nearest bearings within the assumed range.
     fn within_range(&self, logs: &[f64]) -> Logs {
-        let pairs = logs.iter().zip(&self.identified.logs);
-        pairs.map(|(log, middle)| log.clamp(middle - WALK_RANGE, middle + WALK_RANGE)).collect()
+        let all = logs.iter().zip(&self.identified.logs).zip(&self.ranges);
+        all.map(|((log, middle), range)| log.clamp(middle - range, middle + range)).collect()
     }
 }
 
@@ -95,7 +98,7 @@ impl Tracking<'_> {
         let identified =
             BearingGaussian { logs: self.logs.clone(), covariance: self.logs_covariance.clone() };
         let mut state = DailyState {
-            walk: BearingWalk::around(identified),
+            walk: BearingWalk::around(identified, &self.numbers, self.ranges()),
             logs: self.logs.clone(),
             unbalance_sd_kg_m: vec![0.0; self.unbalance_kg_m.len()],
             watched: Vec::new(),
@@ -194,7 +197,7 @@ impl Tracking<'_> {
                         logs: identified.logs.clone(),
                     });
                     state.logs = identified.logs.clone();
-                    state.walk = BearingWalk::around(identified);
+                    state.walk = BearingWalk::around(identified, &self.numbers, self.ranges());
                     self.go_on(after, state);
                     let again = |i: usize| Some(self.sample(days[i], i, &state.walk)?.0);
                     let again: Option<Vec<ReadingEstimate>> = (k + 1 - persistence..=k).map(again).collect();
@@ -225,14 +228,14 @@ impl Tracking<'_> {
         state: &DailyState,
         run: &TrackedRecord,
     ) -> Option<(BearingGaussian, Vec<ReadingEstimate>)> {
-        let count = state.logs.len();
-        let covariance = DMatrix::identity(count, count) * PRIOR_LOG_SD.powi(2);
+        let sds = DVector::from_iterator(self.numbers.len(), self.numbers.iter().map(|n| n.law.prior_sd));
+        let covariance = DMatrix::from_diagonal(&sds.component_mul(&sds));
         let before = BearingGaussian { covariance, logs: state.logs.clone() };
         let (held, _) = self.held(&run.estimates, streak[0]);
         let held: Vec<(C, f64)> = held.into_iter().zip(state.unbalance_sd_kg_m.iter().copied()).collect();
         let target = Marginal::new(streak, held.len(), &before, Some(&held))?;
         let stream = 1_000_000 + run.flags.len() as u64;
-        let starts: Vec<Logs> = (0..STARTS).map(|k| beside(k, suspect, count)).collect();
+        let starts: Vec<Logs> = (0..STARTS).map(|k| beside(k, suspect, &self.numbers)).collect();
         let identified = moments(&self.draw(&target, &starts, stream)?.samples);
         let (given, _) = target.given(&identified.logs)?;
         let unbalance_kg_m = given.unbalance_kg_m.as_slice().to_vec();
@@ -246,14 +249,13 @@ impl Tracking<'_> {
 const STARTS: usize = 5;
 const BESIDE: f64 = 0.5;
 
-fn beside(k: usize, suspect: usize, count: usize) -> Logs {
-    let log = |i: usize| {
-        let (bearing, _, damping) = coefficient(i, count);
-        let up = if damping { k & 1 == 0 } else { k & 2 == 0 };
-        let size = if up { BESIDE } else { -BESIDE };
-        if k + 1 < STARTS && bearing == suspect { size } else { 0.0 }
+fn beside(k: usize, suspect: usize, numbers: &[FollowedNumber]) -> Logs {
+    let log = |n: &FollowedNumber| {
+        let up = if n.is_damping() { k & 1 == 0 } else { k & 2 == 0 };
+        let size = if up { BESIDE } else { -BESIDE } * n.width();
+        if k + 1 < STARTS && n.bearing == suspect { size } else { 0.0 }
     };
-    (0..count).map(log).collect()
+    numbers.iter().map(log).collect()
 }
 
 /// Standard deviation of each plane's unbalance in each direction, kg·m.

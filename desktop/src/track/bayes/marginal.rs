@@ -220,7 +220,7 @@ mod tests {
     use crate::machine::drawing::Noise;
     use crate::measurement::Reading;
     use crate::testing::sample_rotor;
-    use crate::track::operating_point::logs_of;
+    use crate::track::coefficients::logs_of;
     use crate::track::record;
     use rand::SeedableRng;
 

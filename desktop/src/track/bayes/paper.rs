@@ -20,8 +20,8 @@ use super::random_walk::{MarkovChain, MetropolisSampler, Proposal, quality};
 use super::sampling::{self, Sampling, median};
 use crate::track::adaptive::Jump;
 use crate::track::answer::{FlagCause, ReadingEstimate, Reidentified};
-use crate::track::coefficients::coefficient;
-use crate::track::daily::{EventDetector, TrackedRecord, Tracking, WALK_RANGE};
+use crate::track::coefficients::FollowedNumber;
+use crate::track::daily::{EventDetector, TrackedRecord, Tracking};
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -129,7 +129,9 @@ impl Tracking<'_> {
 
     fn daily_target<'t>(&'t self, days: &'t [&'t Day], state: &'t PaperState) -> Option<Posterior<'t>> {
         let last_d = if state.last_d.is_nan() { days[0].time_d } else { state.last_d };
-        let range = [-WALK_RANGE, WALK_RANGE].map(|d| state.identified.iter().map(|log| log + d).collect());
+        let ranges = self.ranges();
+        let range = [-1.0, 1.0]
+            .map(|sign| state.identified.iter().zip(&ranges).map(|(log, r)| log + sign * r).collect());
         let around = self.around(days[0], &state.last, last_d);
         Posterior::new(days, &state.logs, UNIT, range, around)
     }
@@ -192,8 +194,9 @@ impl Tracking<'_> {
         state: &PaperState,
         run: &TrackedRecord,
     ) -> Option<(Vec<ReadingEstimate>, Logs)> {
-        let range: [Logs; 2] =
-            [-1.0, 1.0].map(|sign| self.logs.iter().map(|log| log + sign * WIDE).collect());
+        let range: [Logs; 2] = [-1.0, 1.0].map(|sign| {
+            self.logs.iter().zip(&self.numbers[..]).map(|(log, n)| log + sign * WIDE * n.width()).collect()
+        });
         let count = self.logs.len();
         let centre: Logs = (0..count).map(|i| state.logs[i].clamp(range[0][i], range[1][i])).collect();
         let (held, held_d) = self.held(&run.estimates, streak[0]);
@@ -202,7 +205,7 @@ impl Tracking<'_> {
         let dimensions = self.logs.len() + 2 * self.unbalance_kg_m.len();
         let mut sampler = MetropolisSampler::new(Proposal::AdaptiveMetropolis, dimensions);
         let mut starts: Vec<DVector<f64>> =
-            (0..CHAINS).filter_map(|k| target.start(&spread_start(k, suspect, count))).collect();
+            (0..CHAINS).filter_map(|k| target.start(&spread_start(k, suspect, &self.numbers))).collect();
         let mut chains = Vec::new();
         for round in 0..ROUNDS {
             let seed =
@@ -236,12 +239,11 @@ fn dispersed(k: usize, count: usize) -> Vec<f64> {
 }
 
 /// Bearings on which a chain of the second loop begins: the suspect stiffer or softer, more or less damped.
-fn spread_start(k: usize, suspect: usize, count: usize) -> Vec<f64> {
-    let coordinate = |i: usize| {
-        let (bearing, _, damping) = coefficient(i, count);
-        let up = if damping { k & 1 == 0 } else { k & 2 == 0 };
+fn spread_start(k: usize, suspect: usize, numbers: &[FollowedNumber]) -> Vec<f64> {
+    let coordinate = |n: &FollowedNumber| {
+        let up = if n.is_damping() { k & 1 == 0 } else { k & 2 == 0 };
         let size = if up { 1.0 } else { -1.0 };
-        if bearing == suspect { size } else { 0.0 }
+        if n.bearing == suspect { size } else { 0.0 }
     };
-    (0..count).map(coordinate).collect()
+    numbers.iter().map(coordinate).collect()
 }

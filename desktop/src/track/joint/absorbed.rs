@@ -24,7 +24,7 @@ impl JointProblem {
         }
         let mut changes = history.changes();
         let at_rest = self.filter(&history.motion, &changes, &history.linearised_at)?;
-        let scan = Scan::new(&self.layout, &at_rest.later(), &(1..self.epochs.len()));
+        let scan = Scan::new(&self.layout, self.bearings, &at_rest.later(), &(1..self.epochs.len()));
         let scan = scan.only(|scope| scope.instrument.is_some());
         let (epoch, gain) = scan.best()?;
         let scope = scan.best_scope(epoch, |_| true)?;

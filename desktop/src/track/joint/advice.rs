@@ -13,7 +13,7 @@ use super::state::Layout;
 use crate::machine::drawing::Rotor;
 use crate::statistics::interval::HALF_95;
 use crate::track::daily::Tracking;
-use crate::track::operating_point::{OperatingPoint, model};
+use crate::track::operating_point::FollowedMachine;
 use crate::track::record::Day;
 use crate::units::{rad_s, rpm, same_speed};
 
@@ -40,9 +40,9 @@ impl Tracking<'_> {
             return None;
         }
         let now = &found.pass.visits.last()?.filtered;
-        let model = model(rotor);
+        let machine = FollowedMachine::of(rotor);
         let at = |speed_rad_s: f64| {
-            let point = OperatingPoint::new(&model, rotor.bearing.len(), speed_rad_s).ok()?;
+            let point = machine.at(speed_rad_s).ok()?;
             let measured_m = vec![Some(C::from(0.0)); self.rotor.probe.len()];
             let point = point.with_weights(&last.weights_kg_m);
             Some(Day { speed_rad_s, point, measured_m, ..last.clone() })

@@ -30,7 +30,7 @@ pub struct Event {
 pub struct ConstantPart {
     /// Logarithm of its value.
     pub log: f64,
-    /// Standard deviation of that; the prior's is 0.5.
+    /// Standard deviation of that; the prior's is 0.5, of a number of a film less.
     pub sd: f64,
     /// Whether its standard deviation is at most half the prior's.
     pub from_data: bool,

@@ -6,7 +6,7 @@ use super::answer::{BearingEffect, ConditionEffect, LogChange, OtherEffect, Plan
 use super::conclude::SmoothedHistory;
 use super::kalman::Gaussian;
 use super::passes::JointProblem;
-use crate::track::coefficients::coefficient;
+use crate::bearing::law::Role;
 use crate::track::conditions::Covariate;
 
 impl JointProblem {
@@ -42,22 +42,25 @@ impl JointProblem {
         covariate: &Covariate,
     ) -> Vec<BearingEffect> {
         let Some(last) = found.smoothed.last() else { return Vec::new() };
-        let count = self.layout.coefficients;
+        let Some(point) = self.own().last().map(|(_, day)| &day.point) else { return Vec::new() };
+        let logs = self.layout.logs(&last.mean);
         let scale = covariate.step / covariate.scale;
         let of = |i: usize| self.component(c, self.layout.bearings() + i);
         let one = |bearing: usize| {
-            let own = |i: &usize| coefficient(*i, count).0 == bearing;
-            let own: Vec<(usize, usize)> = (0..count).filter(own).filter_map(|i| Some((i, of(i)?))).collect();
-            let mean = |damping: bool| {
-                let of_kind = own.iter().filter(|(i, _)| coefficient(*i, count).2 == damping);
-                let components: Vec<usize> = of_kind.map(|(_, component)| *component).collect();
-                mean_change(last, &components, scale)
+            let own = |i: &usize| self.layout.numbers[*i].bearing == bearing;
+            let own: Vec<(usize, usize)> =
+                (0..self.layout.coefficients()).filter(own).filter_map(|i| Some((i, of(i)?))).collect();
+            let [numbers, components]: [Vec<usize>; 2] =
+                [own.iter().map(|(i, _)| *i).collect(), own.iter().map(|(_, at)| *at).collect()];
+            let mean = |role: Role| {
+                let slopes = point.direct_slopes(bearing, role, &logs, &numbers);
+                change(last, components.iter().copied().zip(slopes), scale)
             };
             (!own.is_empty()).then(|| BearingEffect {
                 bearing,
-                stiffness: mean(false),
-                damping: mean(true),
-                coefficients: own.iter().map(|(i, at)| (*i, mean_change(last, &[*at], scale))).collect(),
+                stiffness: mean(Role::Stiffness),
+                damping: mean(Role::Damping),
+                coefficients: own.iter().map(|(i, at)| (*i, change(last, [(*at, 1.0)], scale))).collect(),
             })
         };
         (0..self.bearings).filter_map(one).collect()
@@ -82,10 +85,10 @@ impl JointProblem {
     }
 }
 
-/// Mean of some components of a state, times a scale.
-fn mean_change(state: &Gaussian, components: &[usize], scale: f64) -> LogChange {
+/// Sum of some components of a state, each with its weight, times a scale.
+fn change(state: &Gaussian, parts: impl IntoIterator<Item = (usize, f64)>, scale: f64) -> LogChange {
     let mut weights = DVector::zeros(state.mean.len());
-    components.iter().for_each(|at| weights[*at] = scale / components.len() as f64);
+    parts.into_iter().for_each(|(at, weight)| weights[at] = scale * weight);
     let variance = weights.dot(&(&state.covariance * &weights));
     LogChange { log: weights.dot(&state.mean), sd: variance.max(0.0).sqrt() }
 }

@@ -12,9 +12,9 @@ use super::scope::Scope;
 use super::state::Layout;
 use crate::statistics::interval::HALF_95;
 use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, Reidentified};
-use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::FollowedNumber;
 use crate::track::daily::{TrackedRecord, Tracking};
-use crate::track::detector::ReadingResidual;
+use crate::track::detector::{ReadingResidual, largest};
 use crate::track::operating_point::Logs;
 
 type C = Complex<f64>;
@@ -64,7 +64,7 @@ impl Tracking<'_> {
             let [before, after] = states.map(|x| layout.constant_logs(x));
             let suspect = match event.scope.has_factors() {
                 true => self.most_changed(states.map(|x| layout.factor(x))),
-                false => suspect(event.scope, &before, &after),
+                false => suspect(event.scope, &layout.numbers, &before, &after),
             };
             let cause = match event.scope {
                 scope if scope.instrument.is_some() => FlagCause::Instrument,
@@ -72,12 +72,12 @@ impl Tracking<'_> {
                 _ => FlagCause::Unbalance,
             };
             run.flags.push(Flag { since_d: event.time_d, time_d: event.time_d, suspect, cause });
-            if event.scope.bearings.contains(&true) {
-                let both = event.scope.bearings == [true; 2];
+            if !event.scope.bearings.is_empty() {
+                let several = event.scope.bearings.len() > 1;
                 run.reidentified.push(Reidentified {
                     since_d: event.time_d,
                     time_d: event.time_d,
-                    case: 1 + u8::from(event.scope.unbalance) + if both { 2 } else { 0 },
+                    case: 1 + u8::from(event.scope.unbalance) + if several { 2 } else { 0 },
                     bearing: suspect,
                     cases: Vec::new(),
                     logs: after,
@@ -111,7 +111,7 @@ impl Tracking<'_> {
         for ((b, before), after) in self.bearing_of.iter().zip(before).zip(after) {
             changes[*b] += (after / before).ln().norm_sqr();
         }
-        (0..changes.len()).max_by(|a, b| changes[*a].total_cmp(&changes[*b])).unwrap_or_default()
+        largest(changes.into_iter())
     }
 }
 
@@ -121,27 +121,28 @@ fn constants(problem: &JointProblem, found: &SmoothedHistory) -> Vec<(f64, Vec<C
     let from = |k: usize| {
         let state = &found.smoothed[k];
         let (logs, sd) = (layout.constant_logs(&state.mean), layout.constant_sd(&state.covariance));
-        let of = |(log, sd): (&f64, &f64)| ConstantPart {
+        let of = |((log, sd), number): ((&f64, &f64), &FollowedNumber)| ConstantPart {
             log: *log,
             sd: *sd,
-            from_data: *sd < 0.5 * PRIOR_LOG_SD,
+            from_data: *sd < 0.5 * number.law.prior_sd,
         };
-        (problem.epochs[k].time_d, logs.iter().zip(&sd).map(of).collect())
+        (problem.epochs[k].time_d, logs.iter().zip(&sd).zip(&layout.numbers[..]).map(of).collect())
     };
     std::iter::once(0).chain(found.at.iter().copied()).map(from).collect()
 }
 
-/// The bearing that an event changed; if both changed, the one with the larger change.
-fn suspect(scope: Scope, before: &[f64], after: &[f64]) -> usize {
-    let change = |bearing: usize| {
-        let own = |i: &usize| coefficient(*i, before.len()).0 == bearing;
-        (0..before.len()).filter(own).map(|i| (after[i] - before[i]).powi(2)).sum::<f64>()
-    };
-    match scope.bearings {
-        [true, false] => 0,
-        [false, true] => 1,
-        _ => usize::from(change(1) > change(0)),
+/// The bearing that an event changed; if several did, or none, the one with the largest change.
+fn suspect(scope: Scope, numbers: &[FollowedNumber], before: &[f64], after: &[f64]) -> usize {
+    let bearings = numbers.iter().map(|n| n.bearing + 1).max().unwrap_or_default();
+    let is_meant = |bearing: usize| scope.bearings.is_empty() || scope.bearings.contains(bearing);
+    let mut changes = vec![f64::NEG_INFINITY; bearings];
+    for (n, (before, after)) in
+        numbers.iter().zip(before.iter().zip(after)).filter(|(n, _)| is_meant(n.bearing))
+    {
+        let change = ((after - before) / n.law.prior_sd).powi(2);
+        changes[n.bearing] = changes[n.bearing].max(0.0) + change;
     }
+    largest(changes.into_iter())
 }
 
 /// Intervals of a mixture of the state with those under other scopes of an event, each with its probability relative to
@@ -164,7 +165,7 @@ fn spread(
     };
     let weights = weights_kg_m.iter().enumerate();
     let (magnitude_kg_m, angle_rad) = weights.map(|(j, weight)| plane(layout, &all, j, *weight)).unzip();
-    CredibleIntervals { logs: (0..layout.coefficients).map(log).collect(), magnitude_kg_m, angle_rad }
+    CredibleIntervals { logs: (0..layout.coefficients()).map(log).collect(), magnitude_kg_m, angle_rad }
 }
 
 /// Intervals of a plane's magnitude, kg·m, and angle, rad, unwrapped around the first state's, with a weight in the plane.

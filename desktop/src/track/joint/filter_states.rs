@@ -91,13 +91,15 @@ mod tests {
 
     use super::super::coordinate::Coordinate;
     use super::*;
+    use crate::testing::sample_rotor;
+    use crate::track::coefficients::followed;
 
     fn layout() -> Layout {
         let planes = [C::new(3e-4, -1e-4), C::new(-2e-4, 4e-4)];
         Layout {
             planes: planes.iter().map(|u| Coordinate::new(*u, &[*u], u.norm())).collect(),
             positions_m: vec![0.12, 0.92],
-            coefficients: 8,
+            numbers: followed(&sample_rotor()).into(),
             regressors: Vec::new(),
             probes: 4,
             has_factors: false,
@@ -105,7 +107,11 @@ mod tests {
     }
 
     fn motion() -> ProcessModel {
-        ProcessModel { rate_push: 4e-6, rate_keep: 0.8, ..ProcessModel::first(8, 1.0) }
+        ProcessModel {
+            rate_push: 4e-6,
+            rate_keep: 0.8,
+            ..ProcessModel::first(&followed(&sample_rotor()), 1.0)
+        }
     }
 
     /// Forecasts of the four numbers against the filter's own prediction of its state and differences of the numbers.

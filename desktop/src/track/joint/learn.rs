@@ -146,7 +146,7 @@ impl JointProblem {
         let pass = self.filter_of(&layout, motion, changes, &points, None)?;
         let later = pass.later();
         let smoothed = pass.smoothed(&later);
-        let mut walk = PairMoments::new(layout.walk(), layout.coefficients);
+        let mut walk = PairMoments::new(layout.walk(), layout.coefficients());
         let mut rate = PairMoments::new(layout.flat(), layout.flat());
         for k in 1..smoothed.len() {
             let paces = (self.epochs[k].time_d - self.epochs[k - 1].time_d) / self.pace_d;
@@ -158,7 +158,7 @@ impl JointProblem {
                 }
             }
         }
-        let first = ProcessModel::first(self.layout.coefficients, self.pace_d);
+        let first = ProcessModel::first(&self.layout.numbers, self.pace_d);
         let (keep, push) = walk.fit(&motion.push, &first.push, kept(SLOWEST_WALK_D, self.pace_d));
         let now = DMatrix::identity(rate.size, rate.size) * motion.rate_push;
         let prior = DMatrix::identity(rate.size, rate.size) * first.rate_push;

@@ -1,12 +1,12 @@
 //! Method 4, ours: all days together.
 //!
 //! The bearings follow a mean-reverting random walk about constants; the unbalance drifts
-//! smoothly; an event changes the constants of one bearing or both, the unbalance, or all of these. This is a
+//! smoothly; an event changes the constants of one bearing or several, the unbalance, or all of these. This is a
 //! state-space model whose measurement is linear in the unbalance and nearly linear in the bearings. An iterated
 //! extended Kalman filter and smoother solve it (`kalman`, `state`). Covariance and persistence of the random walk are
 //! learned from the record by expectation and maximisation (Shumway and Stoffer 1982).
 //!
-//! One reading at one speed has eight numbers for twelve unknowns. Time resolves them: a random walk of the bearings and
+//! One reading at one speed has fewer numbers than there are unknowns, on two bearings eight for twelve. Time resolves them: a random walk of the bearings and
 //! a smooth drift of the unbalance change the features in different ways, a run-up fixes the bearings of one day, and
 //! the unbalance changes little from day to day. Unknowns that stay open keep their prior;
 //! [`JointFindings::constants`] says which.
@@ -44,11 +44,12 @@ pub use answer::{
     BearingEffect, ConditionEffect, ConstantPart, Event, JointFindings, LogChange, OtherEffect, PlaneEffect,
     SecondSpeed,
 };
-pub use scope::{Instrument, Scope};
+pub use scope::{BearingSet, Instrument, Scope};
 
 use super::answer::ReadingEstimate;
+use super::coefficients::logs_of;
 use super::daily::{TrackedRecord, Tracking};
-use super::operating_point::logs_of;
+use super::operating_point::FollowedMachine;
 use super::record;
 use crate::diagnose::{ImprovementStep as Added, improve};
 use crate::error::{Error, TrackError};
@@ -104,7 +105,7 @@ impl Tracking<'_> {
         for l in later {
             // days before the event are described without the effect, so that it can be nowhere else
             history.other_part = None;
-            let since = history.hold(|k| problem.epochs[k].time_d <= l.time_d);
+            let since = history.hold(problem.bearings, |k| problem.epochs[k].time_d <= l.time_d);
             let since = since.ok_or(TrackError::NoEventBefore { time_d: l.time_d })?;
             let found = improve(&begun, l.readings, |_: &Added| ())?;
             effects.extend(found.steps.iter().map(|s| s.added.label()));
@@ -133,7 +134,7 @@ impl Tracking<'_> {
             layout: Layout {
                 planes: self.unbalance_kg_m.iter().map(begin).collect(),
                 positions_m: self.rotor.plane_positions_m(),
-                coefficients: self.logs.len(),
+                numbers: self.numbers.clone(),
                 regressors: Vec::new(),
                 probes: self.rotor.probe.len(),
                 has_factors: true,
@@ -186,17 +187,12 @@ impl Tracking<'_> {
         since: usize,
         later: &LaterRunup,
     ) -> Result<(), Error> {
-        let model = super::operating_point::model(rotor);
+        let machine = FollowedMachine::of(rotor);
         let logs = logs_of(rotor);
         problem.described.push(since);
         for (epoch, point) in problem.epochs.iter_mut().zip(linearised_at).skip(since) {
             if let Some(day) = &mut epoch.own {
-                let point = super::operating_point::OperatingPoint::new(
-                    &model,
-                    rotor.bearing.len(),
-                    day.speed_rad_s,
-                )?;
-                day.point = point.with_weights(&day.weights_kg_m);
+                day.point = machine.at(day.speed_rad_s)?.with_weights(&day.weights_kg_m);
             }
             let planes = 0..problem.layout.planes.len();
             let coordinates: Vec<C> = planes.map(|j| problem.layout.coordinate(point, j)).collect();

@@ -2,7 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Initial standard deviation of the random walk's process noise in a day.
+use crate::track::coefficients::FollowedNumber;
+
+/// Initial standard deviation of the random walk's process noise in a day, of a direct coefficient.
 const FIRST_PUSH: f64 = 0.03;
 /// The same for the rate of the unbalance's coordinate, per day.
 const FIRST_RATE_PUSH: f64 = 0.002;
@@ -23,12 +25,13 @@ pub struct ProcessModel {
 }
 
 impl ProcessModel {
-    /// Initial model for so many coefficients and this pace; its variance in a day does not depend on the pace.
-    pub fn first(coefficients: usize, pace_d: f64) -> Self {
+    /// Initial model for these numbers and this pace; its variance in a day does not depend on the pace.
+    pub fn first(numbers: &[FollowedNumber], pace_d: f64) -> Self {
         let [keep, daily] = [pace_d, 1.0].map(|days| kept(FIRST_DAYS, days));
         let gain = (1.0 - keep.powi(2)) / (1.0 - daily.powi(2));
+        let variance = numbers.iter().map(|n| (FIRST_PUSH * n.width()).powi(2) * gain);
         Self {
-            push: DMatrix::identity(coefficients, coefficients) * (FIRST_PUSH.powi(2) * gain),
+            push: DMatrix::from_diagonal(&DVector::from_iterator(numbers.len(), variance)),
             keep,
             rate_push: (FIRST_RATE_PUSH * pace_d).powi(2) * gain,
             rate_keep: keep,
@@ -91,6 +94,8 @@ pub fn kept(fades_d: f64, days: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::sample_rotor;
+    use crate::track::coefficients::followed;
 
     #[test]
     fn process_model_round_trips_through_its_parameters() {
@@ -112,9 +117,10 @@ mod tests {
     fn initial_process_variance_is_independent_of_pace() {
         let variance =
             |keep: f64, push: f64, paces: f64| push * (1.0 - keep.powf(2.0 * paces)) / (1.0 - keep * keep);
-        let daily = ProcessModel::first(8, 1.0);
+        let numbers = followed(&sample_rotor());
+        let daily = ProcessModel::first(&numbers, 1.0);
         for pace_d in [0.01, 0.25, 2.0] {
-            let other = ProcessModel::first(8, pace_d);
+            let other = ProcessModel::first(&numbers, pace_d);
             let walk = variance(other.keep, other.push[(0, 0)], 10.0 / pace_d);
             assert!((walk / variance(daily.keep, daily.push[(0, 0)], 10.0) - 1.0).abs() < 1e-9);
             let rate = variance(other.rate_keep, other.rate_push, 10.0 / pace_d) / pace_d.powi(2);

@@ -208,7 +208,7 @@ impl JointProblem {
         pass: &Pass,
         states: &mut [Gaussian],
     ) -> Option<()> {
-        let (at, all) = (self.layout.walk(), self.layout.coefficients);
+        let (at, all) = (self.layout.walk(), self.layout.coefficients());
         let part = |m: &DMatrix<f64>| m.view((at, at), (all, all)).into_owned();
         let start = Gaussian { mean: DVector::zeros(all), covariance: motion.settled() };
         let own = |s: &Transition| Transition {

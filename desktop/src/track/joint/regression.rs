@@ -16,7 +16,6 @@ use super::scan::is_enough;
 use super::scope::EventAt;
 use super::search::{EventHistory, NEGLIGIBLE};
 use super::state::Layout;
-use crate::track::coefficients::coefficient;
 
 /// Part of the machine that a covariate may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,9 +42,9 @@ impl Trial {
 impl Layout {
     /// The components of the state that a part has.
     fn components(&self, part: Part) -> Vec<usize> {
-        let of = |i: &usize| coefficient(*i, self.coefficients).0;
         let bearings = |is_meant: &dyn Fn(usize) -> bool| {
-            (0..self.coefficients).filter(|i| is_meant(of(i))).map(|i| self.bearings() + i).collect()
+            let meant = self.numbers.iter().enumerate().filter(|(_, n)| is_meant(n.bearing));
+            meant.map(|(i, _)| self.bearings() + i).collect()
         };
         match part {
             Part::Bearing(b) => bearings(&|of| of == b),
@@ -238,8 +237,8 @@ mod tests {
     use crate::machine::drawing::Noise;
     use crate::measurement::Reading;
     use crate::testing::sample_rotor;
+    use crate::track::coefficients::{followed, logs_of};
     use crate::track::joint::coordinate::Coordinate;
-    use crate::track::operating_point::logs_of;
     use crate::track::record::{Day, days};
 
     type C = Complex<f64>;
@@ -252,7 +251,7 @@ mod tests {
         Layout {
             planes: planes.iter().map(|u| Coordinate::new(*u, &[*u], u.norm())).collect(),
             positions_m: vec![0.12, 0.92],
-            coefficients: 8,
+            numbers: followed(&sample_rotor()).into(),
             regressors: [(0, bearings), (0, bearings + 5), (0, 1), (1, bearings + 2)]
                 .map(|(covariate, onto)| regressor(covariate, onto))
                 .to_vec(),

@@ -31,9 +31,9 @@ pub struct Scan {
 }
 
 impl Scan {
-    /// From the backward pass at each epoch's prediction, for epochs in a range.
-    pub fn new(layout: &Layout, later: &[BackwardPass], epochs: &Range<usize>) -> Self {
-        let scopes = Scope::all(layout.probes);
+    /// From the backward pass at each epoch's prediction, for epochs in a range, of a machine with so many bearings.
+    pub fn new(layout: &Layout, bearings: usize, later: &[BackwardPass], epochs: &Range<usize>) -> Self {
+        let scopes = Scope::all(bearings, layout.probes);
         let jumps: Vec<Vec<Shock>> = scopes.iter().map(|scope| layout.jump(*scope)).collect();
         let of = |(k, later): (usize, &BackwardPass)| {
             let possible = k > 0 && epochs.contains(&k);
@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn evidence_corrects_for_number_of_trials() {
         let epochs = 1000;
-        let scopes = Scope::all(4);
+        let scopes = Scope::all(2, 4);
         let mut gains = vec![vec![0.0; scopes.len()]; epochs];
         gains[500][1] = 10.0;
         let scan = Scan { scopes, gains };
@@ -179,7 +179,7 @@ mod tests {
 
     #[test]
     fn epoch_interval_covers_likely_neighbours() {
-        let scopes = Scope::all(4);
+        let scopes = Scope::all(2, 4);
         let mut gains = vec![vec![-50.0; scopes.len()]; 100];
         (gains[40][0], gains[41][0], gains[42][0]) = (19.0, 20.0, 19.5);
         assert_eq!(Scan { scopes, gains }.epochs(), Some((40, 42)));

@@ -102,8 +102,9 @@ impl AssumedEvent {
         let likeliest = scan.best_scope(epoch, Scope::is_gain);
         let is_likeliest = |scope: &Scope| !scope.is_gain() || Some(*scope) == likeliest;
         let is_tried = |s: &Scope| s.instrument.is_none() || is_likeliest(s) && scan.is_promising(epoch, *s);
-        let all = Scope::all(problem.layout.probes).into_iter().filter(is_tried);
-        let restart = problem.restart_at(epoch, Scope::RESTART).map(|_| Scope::RESTART);
+        let all = Scope::all(problem.bearings, problem.layout.probes).into_iter().filter(is_tried);
+        let new = Scope::restart(problem.bearings);
+        let restart = problem.restart_at(epoch, new).map(|_| new);
         all.filter(|scope| !(self.held && scope.has_factors())).chain(restart).collect()
     }
 
@@ -132,18 +133,19 @@ impl EventHistory {
             |w: &StepWindow| problem.restarts.iter().map(|r| r.epoch).find(|epoch| w.epochs.contains(epoch));
         let unstated = windows.iter().filter(|w| restart(w).is_none_or(|epoch| !stated.contains(&epoch)));
         let found = unstated.map(|w| match restart(w) {
-            Some(epoch) => AssumedEvent::new(epoch, Scope::RESTART),
-            None => AssumedEvent::new(w.likely, Scope::WHOLE),
+            Some(epoch) => AssumedEvent::new(epoch, Scope::restart(problem.bearings)),
+            None => AssumedEvent::new(w.likely, Scope::whole(problem.bearings)),
         });
-        let known = stated
-            .iter()
-            .map(|epoch| AssumedEvent { stated: true, ..AssumedEvent::new(*epoch, Scope::RESTART) });
+        let known = stated.iter().map(|epoch| AssumedEvent {
+            stated: true,
+            ..AssumedEvent::new(*epoch, Scope::restart(problem.bearings))
+        });
         let mut events: Vec<AssumedEvent> = known.chain(found).collect();
         // two windows may hold one restart
         events.sort_by_key(|e| (e.change.0, !e.stated));
         events.dedup_by_key(|e| e.change.0);
         Self {
-            motion: ProcessModel::first(problem.layout.coefficients, problem.pace_d),
+            motion: ProcessModel::first(&problem.layout.numbers, problem.pace_d),
             linearised_at,
             events,
             tried: windows.into_iter().map(|w| w.epochs).collect(),
@@ -153,11 +155,11 @@ impl EventHistory {
     }
 
     /// Fixes the last event that may precede a time, at an epoch before that time; returns the epoch.
-    pub fn hold(&mut self, is_before: impl Fn(usize) -> bool) -> Option<usize> {
+    pub fn hold(&mut self, bearings: usize, is_before: impl Fn(usize) -> bool) -> Option<usize> {
         let event = self.events.iter_mut().filter(|e| is_before(e.interval.0)).max_by_key(|e| e.change.0)?;
         event.held = true;
         if !event.change.1.restart {
-            event.change.1 = Scope::WHOLE;
+            event.change.1 = Scope::whole(bearings);
             event.change.0 = (event.interval.0..=event.change.0).rev().find(|k| is_before(*k))?;
         }
         Some(event.change.0)
@@ -214,7 +216,7 @@ impl JointProblem {
             }
             if let Some((missed, epochs)) = self.missed(history)? {
                 history.tried.push(epochs);
-                history.events.push(AssumedEvent::new(missed, Scope::WHOLE));
+                history.events.push(AssumedEvent::new(missed, Scope::whole(self.bearings)));
                 // the random walk was learned too large, as it had to absorb the event
                 self.learn_from(history, learning, Until::Rough)?;
             } else if !self.find_absorbed(history, learning)? {
@@ -288,7 +290,7 @@ impl JointProblem {
             // than one that drifts on unseen
             let fits_anything = scope.unbalance
                 && !scope.restart
-                && scope.freedom(self.layout.planes.len()) >= 2 * self.layout.probes;
+                && scope.freedom(&self.layout.numbers, self.layout.planes.len()) >= 2 * self.layout.probes;
             let event = &mut history.events[i];
             event.change.1 = scope;
             event.evidence = evidence;
@@ -354,7 +356,7 @@ impl JointProblem {
         epochs: &Range<usize>,
     ) -> Option<Scan> {
         let pass = self.filter_of(&self.layout, motion, changes, linearised_at, Some(&with.impossible))?;
-        Some(Scan::new(&self.layout, &pass.later(), epochs))
+        Some(Scan::new(&self.layout, self.bearings, &pass.later(), epochs))
     }
 
     /// Epoch and window of a missing event: outliers in a row, or a shock with enough evidence.
@@ -368,7 +370,7 @@ impl JointProblem {
             let end = (k..impossible.len()).find(|k| !impossible[*k]).unwrap_or(impossible.len());
             return Some(Some((k, k..end)));
         }
-        let scan = Scan::new(&self.layout, &pass.later(), &(1..self.epochs.len()));
+        let scan = Scan::new(&self.layout, self.bearings, &pass.later(), &(1..self.epochs.len()));
         let likely = scan.best().filter(|best| is_enough(scan.evidence(best.1, self.epochs.len())));
         let Some((epoch, _)) = likely.filter(|best| untried(&best.0)) else { return Some(None) };
         let (from, to) = scan.epochs()?;

@@ -4,13 +4,15 @@
 //! |---|---|---|
 //! | coordinate `z` of the unbalance ([`Coordinate`]) | two a plane | moves by its rate |
 //! | its rate | two a plane | decays over days, with process noise |
-//! | bearings `m` | four logarithms a bearing | constant, but for events |
-//! | random walk `w` of the bearings | four logarithms a bearing | reverts to zero over days, with process noise |
+//! | bearings `m` | a logarithm for each followed number, four of a bearing with constant coefficients | constant, but for events |
+//! | random walk `w` of the bearings | as many | reverts to zero over days, with process noise |
 //! | coefficients of covariates ([`Regressor`]) | one a component that follows one | constant |
 //! | factor of each probe | two a probe | one, but for events elsewhere than at the bearings or of an instrument |
 //!
 //! The bearings of a day are `m + w`, and what its conditions change. A probe's complex factor `exp(d)` multiplies the modelled response. Near one speed,
 //! with little change of the unbalance, a support or force that the model lacks has no other visible effect.
+
+use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -20,7 +22,7 @@ use super::motion::ProcessModel;
 use super::regressor::Regressor;
 use super::scope::{EventAt, Instrument, Scope};
 use crate::machine::drawing::Noise;
-use crate::track::coefficients::{PRIOR_LOG_SD, coefficient};
+use crate::track::coefficients::FollowedNumber;
 use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
@@ -47,8 +49,8 @@ pub struct Layout {
     pub planes: Vec<Coordinate>,
     /// Where the planes are, m.
     pub positions_m: Vec<f64>,
-    /// Direct coefficients of all bearings.
-    pub coefficients: usize,
+    /// Numbers of all bearings that are followed.
+    pub numbers: Arc<[FollowedNumber]>,
     pub regressors: Vec<Regressor>,
     pub probes: usize,
     /// Whether the probes' factors are part of the state; without an event they stay one, and would double the run time.
@@ -71,6 +73,11 @@ impl Layout {
         2 * self.planes.len()
     }
 
+    /// Number of the bearings' logarithms.
+    pub fn coefficients(&self) -> usize {
+        self.numbers.len()
+    }
+
     /// Index of the bearings' first constant.
     pub fn bearings(&self) -> usize {
         2 * self.flat()
@@ -78,12 +85,12 @@ impl Layout {
 
     /// Index of the random walk's first coordinate.
     pub fn walk(&self) -> usize {
-        self.bearings() + self.coefficients
+        self.bearings() + self.coefficients()
     }
 
     /// Index of the first covariate's coefficient.
     pub fn regression(&self) -> usize {
-        self.walk() + self.coefficients
+        self.walk() + self.coefficients()
     }
 
     fn factors(&self) -> usize {
@@ -117,18 +124,18 @@ impl Layout {
 
     /// Logarithms of the bearing coefficients, random walk included.
     pub fn logs(&self, x: &DVector<f64>) -> Logs {
-        (0..self.coefficients).map(|i| x[self.bearings() + i] + x[self.walk() + i]).collect()
+        (0..self.coefficients()).map(|i| x[self.bearings() + i] + x[self.walk() + i]).collect()
     }
 
     /// Constant part of the bearings.
     pub fn constant_logs(&self, x: &DVector<f64>) -> Logs {
-        (0..self.coefficients).map(|i| x[self.bearings() + i]).collect()
+        (0..self.coefficients()).map(|i| x[self.bearings() + i]).collect()
     }
 
     /// Standard deviations of the constant part.
     pub fn constant_sd(&self, covariance: &DMatrix<f64>) -> Logs {
         let sd = |i: usize| covariance[(self.bearings() + i, self.bearings() + i)].max(0.0).sqrt();
-        (0..self.coefficients).map(sd).collect()
+        (0..self.coefficients()).map(sd).collect()
     }
 
     /// Standard deviations of the bearings.
@@ -137,7 +144,7 @@ impl Layout {
             let (m, w) = (self.bearings() + i, self.walk() + i);
             (covariance[(m, m)] + covariance[(w, w)] + 2.0 * covariance[(m, w)]).max(0.0).sqrt()
         };
-        (0..self.coefficients).map(sd).collect()
+        (0..self.coefficients()).map(sd).collect()
     }
 
     /// Coordinate of a plane's unbalance.
@@ -175,7 +182,7 @@ impl Layout {
     /// Readings are linearised here and not at the day's own random walk. Otherwise constants with higher sensitivity would
     /// need a smaller random walk for the same readings, and hundreds of days would bias the constants that way.
     pub fn at_rest(&self, mut x: DVector<f64>) -> DVector<f64> {
-        x.rows_mut(self.walk(), self.coefficients).fill(0.0);
+        x.rows_mut(self.walk(), self.coefficients()).fill(0.0);
         x
     }
 
@@ -187,11 +194,13 @@ impl Layout {
             let rate = self.flat() + i;
             covariance[(rate, rate)] = motion.rate_push / (1.0 - motion.rate_keep.powi(2));
         }
-        for i in 0..self.coefficients {
-            covariance[(self.bearings() + i, self.bearings() + i)] = PRIOR_LOG_SD.powi(2);
+        for (i, number) in self.numbers.iter().enumerate() {
+            covariance[(self.bearings() + i, self.bearings() + i)] = number.law.prior_sd.powi(2);
         }
         let at = self.walk();
-        covariance.view_mut((at, at), (self.coefficients, self.coefficients)).copy_from(&motion.settled());
+        covariance
+            .view_mut((at, at), (self.coefficients(), self.coefficients()))
+            .copy_from(&motion.settled());
         for (i, regressor) in self.regressors.iter().enumerate() {
             covariance[(self.component_of(i), self.component_of(i))] = regressor.sd.powi(2);
         }
@@ -200,8 +209,7 @@ impl Layout {
 
     /// Shocks of an event of this scope.
     pub fn jump(&self, scope: Scope) -> Vec<Shock> {
-        let bearings =
-            (0..self.coefficients).filter(|i| scope.bearings[coefficient(*i, self.coefficients).0]);
+        let bearings = self.numbers.iter().enumerate().filter(|(_, n)| scope.bearings.contains(n.bearing));
         let unbalance = (0..self.flat()).filter(|_| scope.unbalance);
         let factors = (self.factors()..self.size()).filter(|_| scope.elsewhere);
         let instrument = match scope.instrument {
@@ -212,7 +220,7 @@ impl Layout {
             }
         };
         bearings
-            .map(|i| vec![(self.bearings() + i, PRIOR_LOG_SD)])
+            .map(|(i, n)| vec![(self.bearings() + i, n.law.prior_sd)])
             .chain(unbalance.map(|i| vec![(i, JUMP_SD)]))
             .chain(factors.map(|i| vec![(i, FACTOR_SD)]))
             .chain((!instrument.is_empty()).then_some(instrument))
@@ -259,9 +267,11 @@ impl Layout {
         }
         // a decaying rate moves the unbalance by its sum over the time
         let reach = (1.0 - rate_keep) / (1.0 - motion.rate_keep);
-        keep.rows_mut(self.walk(), self.coefficients).fill(walk_keep);
+        keep.rows_mut(self.walk(), self.coefficients()).fill(walk_keep);
         let at = self.walk();
-        noise.view_mut((at, at), (self.coefficients, self.coefficients)).copy_from(&(&motion.push * gain));
+        noise
+            .view_mut((at, at), (self.coefficients(), self.coefficients()))
+            .copy_from(&(&motion.push * gain));
         if described {
             keep.rows_mut(self.factors(), size - self.factors()).fill(0.0);
         }

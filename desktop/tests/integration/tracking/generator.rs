@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use nalgebra::{Complex, DVector};
+use rotor_edge_desktop::bearing::law::{BearingLaw, PRIOR_LOG_SD};
 use rotor_edge_desktop::machine::drawing::{AddedUnbalance, EffectEntry, ParameterValue, Plane, Rotor, Run};
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::model::Model;
@@ -77,6 +78,27 @@ pub const PUMP: Machine = Machine {
     size_g_mm: 400.0,
 };
 
+/// A turbine and a generator on two bearings each.
+pub const TURBINE_GENERATOR: Machine = Machine {
+    name: "generator",
+    file: "records/turbine_generator/rotor.toml",
+    speed_rpm: 6_000.0,
+    size_g_mm: 600.0,
+};
+/// A turbine on two bearings, with a fan and a third one.
+pub const FAN_TRAIN: Machine = Machine {
+    name: "fan train",
+    file: "records/three_bearings/rotor.toml",
+    speed_rpm: 8_000.0,
+    size_g_mm: 400.0,
+};
+/// An impeller on a shaft with one bearing.
+pub const OVERHUNG: Machine =
+    Machine { name: "overhung", file: "records/overhung/rotor.toml", speed_rpm: 6_000.0, size_g_mm: 300.0 };
+/// A turbine on oil films.
+pub const ON_FILMS: Machine =
+    Machine { name: "on films", file: "records/film/rotor.toml", speed_rpm: 9_000.0, size_g_mm: 300.0 };
+
 /// How the second plane's unbalance goes along.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Course {
@@ -118,7 +140,7 @@ pub struct Plan {
     pub machine: Machine,
     pub seed: u64,
     pub days: usize,
-    /// Standard deviation of each bearing's wander, as a logarithm.
+    /// Standard deviation of each bearing's wander, as a logarithm; in turn, of more than two bearings.
     pub wander: [f64; 2],
     /// Every coefficient wanders by itself, and not along one load and temperature.
     pub apart: bool,
@@ -170,6 +192,7 @@ pub struct Record {
 }
 
 /// One bearing over the record: its own constants, and how each axis follows the load and the temperature.
+#[derive(Default)]
 struct Bearing {
     stiffness: [f64; 2],
     damping: [f64; 2],
@@ -181,6 +204,8 @@ struct Bearing {
     along: [f64; 4],
     /// Change of the stiffness's logarithm at each moment by the temperature.
     heat: Vec<f64>,
+    /// Logarithms of the numbers of a law other than constants, at each moment.
+    numbers: Option<Vec<Vec<f64>>>,
 }
 
 impl Plan {
@@ -198,7 +223,7 @@ impl Plan {
         }
         let moments = random.moments(self);
         let mut bearings: Vec<Bearing> =
-            (0..2).map(|b| self.bearing(&rotor, b, &moments, &mut random)).collect();
+            (0..rotor.bearing.len()).map(|b| self.bearing(&rotor, b, &moments, &mut random)).collect();
         let mut warmth = Random::new(self.seed + WARMTH);
         let oil_degc = warmth.temperature(&moments);
         for (bearing, per_ten) in bearings.iter_mut().zip(self.heat.unwrap_or_default()) {
@@ -308,7 +333,13 @@ impl Plan {
     }
 
     fn bearing(&self, rotor: &Rotor, index: usize, moments: &[Moment], random: &mut Random) -> Bearing {
-        let own = rotor.bearing[index].constants().unwrap();
+        let law = rotor.bearing[index].law.as_law();
+        let Some(own) = rotor.bearing[index].constants() else {
+            return Bearing {
+                numbers: Some(self.numbers(law, index, moments, random)),
+                ..Bearing::default()
+            };
+        };
         let made = [own.stiffness_n_m.xx, own.stiffness_n_m.yy, own.damping_n_s_m.xx, own.damping_n_s_m.yy];
         let mut scattered = |c: [f64; 2]| c.map(|c| c * (BEARINGS_SD * random.normal()).exp());
         let stiffness = scattered([own.stiffness_n_m.xx, own.stiffness_n_m.yy]);
@@ -319,13 +350,33 @@ impl Plan {
             -random.between(0.7, 1.5),
             -random.between(0.7, 1.5),
         ];
-        let common = random.wander(moments, self.wander[index]);
+        let common = random.wander(moments, self.wander[index % 2]);
         let own = |k| match self.apart && k > 0 {
-            true => random.wander(moments, self.wander[index]),
+            true => random.wander(moments, self.wander[index % 2]),
             false => common.clone(),
         };
         let heat = vec![0.0; moments.len()];
-        Bearing { stiffness, damping, made, wander: [0, 1, 2, 3].map(own), along, heat }
+        Bearing { stiffness, damping, made, wander: [0, 1, 2, 3].map(own), along, heat, numbers: None }
+    }
+
+    /// Logarithms of a law's numbers at each moment: scattered about the stated ones and following one wander, each the less the
+    /// better it is known.
+    fn numbers(
+        &self,
+        law: &dyn BearingLaw,
+        index: usize,
+        moments: &[Moment],
+        random: &mut Random,
+    ) -> Vec<Vec<f64>> {
+        let common = random.wander(moments, self.wander[index % 2]);
+        let mut paths = Vec::new();
+        for unknown in law.unknowns() {
+            let width = unknown.prior_sd / PRIOR_LOG_SD;
+            let start = unknown.stated + BEARINGS_SD * width * random.normal();
+            let along = width * random.between(-2.0, 2.0);
+            paths.push(common.iter().map(|w| start + along * w).collect::<Vec<f64>>());
+        }
+        (0..moments.len()).map(|k| paths.iter().map(|path| path[k]).collect()).collect()
     }
 
     fn plane(&self, random: &mut Random) -> Vec<C> {
@@ -344,6 +395,10 @@ impl Plan {
     fn state(&self, rotor: &Rotor, bearings: &[Bearing], k: usize, time_d: f64) -> Rotor {
         let mut rotor = rotor.clone();
         for (i, b) in bearings.iter().enumerate() {
+            if let Some(numbers) = &b.numbers {
+                rotor.bearing[i].law.as_law_mut().assign(&numbers[k]);
+                continue;
+            }
             let law = rotor.bearing[i].constants_mut().unwrap();
             let heated = |i: usize| if i < 2 { b.heat[k] } else { 4.0 / 3.0 * b.heat[k] };
             let [kx, ky, cx, cy] = std::array::from_fn(|i| (b.along[i] * b.wander[i][k] + heated(i)).exp());

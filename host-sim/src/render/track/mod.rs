@@ -208,9 +208,10 @@ impl TrackPage<'_> {
     fn bearings(&self, coefficients: &[CoefficientCurve]) -> Section {
         let one = |coefficient: &CoefficientCurve| {
             let CoefficientCurve { name, unit, curve } = coefficient;
+            let quantity = if unit.is_empty() { name.clone() } else { format!("{name}, {unit}") };
             self.figure(
                 &format!("Coefficient {}", name.replace('_', " ")),
-                &format!("{name}, {unit}"),
+                &quantity,
                 "Band: 95 % interval, where the method states one.",
                 banded(name, curve),
             )
@@ -226,8 +227,9 @@ impl TrackPage<'_> {
 
 /// What was fitted anew after an event, by its case.
 fn refitted(r: &ReidentifiedAnswer) -> String {
-    match r.case {
-        3 | 4 => "both bearings refitted".into(),
+    match (r.case, r.of_bearings) {
+        (3 | 4, 2) => "both bearings refitted".into(),
+        (3 | 4, 3..) => "several bearings refitted".into(),
         _ => format!("bearing {} refitted", r.bearing),
     }
 }
