@@ -76,10 +76,11 @@ mod slow {
         let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
         println!("after an event at a bearing, {after}");
         for (index, j) in all.iter().enumerate() {
-            assert!(j.finds_its_event(), "{}", j.line());
-            assert!(j.events()[0].scope.bearings.contains(index), "{}", j.line());
+            let [event] = j.events() else { panic!("{}", j.line()) };
+            assert!((event.time_d - 120.0).abs() <= 1.0, "{}", j.line());
+            assert_eq!(event.scope.bearings.iter().collect::<Vec<usize>>(), [index], "{}", j.line());
         }
-        assert!(before.coverage >= 0.9 && before.angle_coverage >= 0.9, "{before}");
-        assert!(after.coverage >= 0.88 && after.angle_coverage >= 0.88, "{after}");
+        assert!(before.coverage >= 0.9 && before.angle_coverage >= 0.85, "{before}");
+        assert!(after.coverage >= 0.88 && after.angle_coverage >= 0.85, "{after}");
     }
 }
