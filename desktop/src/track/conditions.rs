@@ -57,6 +57,13 @@ pub fn covariates(
 }
 
 impl Covariate {
+    /// Its value of a reading among the values of these conditions, centred and scaled; `None` where it was lost.
+    pub fn of_reading(&self, conditions: &[Condition], reading: &Reading) -> Option<f64> {
+        let c = conditions.iter().position(|condition| *condition == self.condition)?;
+        let value = values(std::slice::from_ref(reading), c).first().copied().flatten()?;
+        Some((value - self.mean) / self.scale)
+    }
+
     fn of(condition: &Condition, known: &[(f64, f64)]) -> Self {
         let mean = known.iter().map(|(_, x)| x).sum::<f64>() / known.len() as f64;
         let condition = condition.clone();

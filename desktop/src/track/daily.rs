@@ -164,18 +164,7 @@ impl<'a> Tracking<'a> {
 
     /// A reading with this unbalance on these bearings.
     pub fn estimate(&self, day: &Day, logs: &[f64], unbalance_kg_m: Vec<C>) -> Option<ReadingEstimate> {
-        let calculated_m = day.point.on(logs)?.at(&unbalance_kg_m);
-        Some(ReadingEstimate {
-            row: day.row,
-            time_d: day.time_d,
-            logs: logs.to_vec(),
-            residual: ReadingResidual::new(&calculated_m, &day.measured_m, &self.bearing_of),
-            calculated_m,
-            unbalance_kg_m,
-            spread: None,
-            suspicious: false,
-            flagged: false,
-        })
+        estimate(day, &self.bearing_of, logs, unbalance_kg_m)
     }
 
     /// Adds the known weights of each reading's run to its estimated unbalance.
@@ -250,6 +239,27 @@ impl<'a> Tracking<'a> {
         let (since_d, time_d) = (estimates[first].time_d, estimates[estimates.len() - 1].time_d);
         Flag { since_d, time_d, suspect, cause }
     }
+}
+
+/// A reading with this unbalance on these bearings; `bearing_of` is the bearing number of each probe.
+pub fn estimate(
+    day: &Day,
+    bearing_of: &[usize],
+    logs: &[f64],
+    unbalance_kg_m: Vec<C>,
+) -> Option<ReadingEstimate> {
+    let calculated_m = day.point.on(logs)?.at(&unbalance_kg_m);
+    Some(ReadingEstimate {
+        row: day.row,
+        time_d: day.time_d,
+        logs: logs.to_vec(),
+        residual: ReadingResidual::new(&calculated_m, &day.measured_m, bearing_of),
+        calculated_m,
+        unbalance_kg_m,
+        spread: None,
+        suspicious: false,
+        flagged: false,
+    })
 }
 
 /// Raises a flag when the residual stays high and the features stepped.

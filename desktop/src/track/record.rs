@@ -52,20 +52,32 @@ pub fn time_d(row: usize, reading: &Reading) -> f64 {
 /// If the machine is singular at one of the speeds, or a run's weight is in no plane.
 pub fn days(rotor: &Rotor, noise: &Noise, record: &[Reading]) -> Result<Vec<Day>, Error> {
     let machine = FollowedMachine::of(rotor);
-    let day = |(row, r): (usize, &Reading)| {
-        let weights_kg_m = weights_kg_m(rotor, r)?;
-        Ok(Day {
-            row,
-            time_d: time_d(row, r),
-            speed_rad_s: r.speed_rad_s(),
-            point: machine.at(r.speed_rad_s())?.with_weights(&weights_kg_m),
-            weights_kg_m,
-            measured_m: r.probes.clone(),
-            sigma_m: r.probes.iter().map(|y| noise.sigma_m(y.unwrap_or_default())).collect(),
-            conditions: Vec::new(),
-        })
-    };
+    let day = |(row, r): (usize, &Reading)| day(rotor, &machine, noise, row, r);
     record.iter().enumerate().filter(|(_, r)| r.probes.iter().any(Option::is_some)).map(day).collect()
+}
+
+/// One reading, solved on the machine of this rotor.
+///
+/// # Errors
+/// If the machine is singular at its speed, or a weight of its run is in no plane.
+pub fn day(
+    rotor: &Rotor,
+    machine: &FollowedMachine,
+    noise: &Noise,
+    row: usize,
+    r: &Reading,
+) -> Result<Day, Error> {
+    let weights_kg_m = weights_kg_m(rotor, r)?;
+    Ok(Day {
+        row,
+        time_d: time_d(row, r),
+        speed_rad_s: r.speed_rad_s(),
+        point: machine.at(r.speed_rad_s())?.with_weights(&weights_kg_m),
+        weights_kg_m,
+        measured_m: r.probes.clone(),
+        sigma_m: r.probes.iter().map(|y| noise.sigma_m(y.unwrap_or_default())).collect(),
+        conditions: Vec::new(),
+    })
 }
 
 /// Weights that the rotor's file states for a reading's run, a plane each.

@@ -4,6 +4,7 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 
 use super::answer::Event;
+use super::follower::Branch;
 use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
@@ -19,8 +20,10 @@ pub struct SmoothedHistory {
     pub motion: ProcessModel,
     pub pass: Pass,
     pub smoothed: Vec<Gaussian>,
-    /// Smoothed states of other explanations, under the conditions of their days, each with its probability relative to this one.
-    pub rivals: Vec<(f64, Vec<Gaussian>)>,
+    pub rivals: Vec<RivalHistory>,
+    /// States that the readings are linearised at.
+    #[cfg(test)]
+    pub linearised_at: Vec<nalgebra::DVector<f64>>,
     pub other_part: Option<OtherPart>,
     pub events: Vec<Event>,
     /// Events that may have taken place, with too little evidence to be claimed.
@@ -29,6 +32,16 @@ pub struct SmoothedHistory {
     pub at: Vec<usize>,
     /// Whether expectation and maximisation converged.
     pub settled: bool,
+}
+
+/// Another explanation of the record.
+pub struct RivalHistory {
+    /// Its probability relative to the most probable history.
+    pub weight: f64,
+    /// Smoothed states, under the conditions of their days.
+    pub smoothed: Vec<Gaussian>,
+    /// The filter at the end.
+    pub end: Branch,
 }
 
 impl JointProblem {
@@ -44,7 +57,8 @@ impl JointProblem {
         self.learn_from(&mut history, learning, Until::Settled)?;
         let changes = history.changes();
         let all_changes = changes.clone();
-        let (pass, _) = self.converge(&history.motion, &changes, &history.linearised_at, true)?;
+        let (pass, _linearised_at) =
+            self.converge(&history.motion, &changes, &history.linearised_at, true)?;
         let mut smoothed = pass.smoothed(&pass.later());
         self.smooth_walk_again(&history.motion, &pass, &mut smoothed)?;
         let mut rivals = self.rivals(&history, &pass.impossible)?;
@@ -74,10 +88,11 @@ impl JointProblem {
                 stated: false,
                 factor: self.changed_factor(less.change, &smoothed),
             });
-            rivals.push((less.evidence.exp(), self.under_conditions(smoothed)));
+            let end = self.branch(less.evidence.exp(), &less.motion, &pass, true)?;
+            rivals.push(RivalHistory { weight: end.weight, smoothed: self.under_conditions(smoothed), end });
         }
         if let Some(other) = &other_part {
-            rivals.push((other.log_odds.exp(), self.with_other_part(&all_changes, other)?));
+            rivals.push(self.with_other_part(&all_changes, other)?);
         }
         Some(SmoothedHistory {
             other_part,
@@ -89,6 +104,8 @@ impl JointProblem {
             pass,
             smoothed,
             rivals,
+            #[cfg(test)]
+            linearised_at: _linearised_at,
         })
     }
 
@@ -122,7 +139,7 @@ impl JointProblem {
     }
 
     /// Smoothed states under each other explanation of an event, with its relative probability.
-    fn rivals(&self, history: &EventHistory, impossible: &[bool]) -> Option<Vec<(f64, Vec<Gaussian>)>> {
+    fn rivals(&self, history: &EventHistory, impossible: &[bool]) -> Option<Vec<RivalHistory>> {
         let of = |i: usize| history.events[i].rivals.iter().map(move |(rival, log)| (i, *rival, log.exp()));
         let all: Vec<(usize, Rival, f64)> = (0..history.events.len()).flat_map(of).collect();
         let one = |(i, rival, weight): (usize, Rival, f64)| {
@@ -146,7 +163,12 @@ impl JointProblem {
                     self.filter_of(&self.layout, &history.motion, &changes, at, Some(&unread))?
                 }
             };
-            Some((weight, self.under_conditions(pass.smoothed(&pass.later()))))
+            let is_read = !matches!(rival, Rival::Unexplained);
+            Some(RivalHistory {
+                weight,
+                smoothed: self.under_conditions(pass.smoothed(&pass.later())),
+                end: self.branch(weight, &history.motion, &pass, is_read)?,
+            })
         };
         all.into_par_iter().map(one).collect()
     }

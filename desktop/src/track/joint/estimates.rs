@@ -11,11 +11,12 @@ use super::passes::JointProblem;
 use super::scope::Scope;
 use super::state::Layout;
 use crate::statistics::interval::HALF_95;
-use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, Reidentified};
+use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, ReadingEstimate, Reidentified};
 use crate::track::coefficients::FollowedNumber;
-use crate::track::daily::{TrackedRecord, Tracking};
+use crate::track::daily::{self, TrackedRecord, Tracking};
 use crate::track::detector::{ReadingResidual, largest};
 use crate::track::operating_point::Logs;
+use crate::track::record::Day;
 
 type C = Complex<f64>;
 
@@ -37,18 +38,10 @@ impl Tracking<'_> {
         let mut filter_states = Vec::new();
         for (k, day) in problem.own() {
             let under = |state: &Gaussian| layout.known_under(state, &day.conditions);
+            let rivals = found.rivals.iter().map(|rival| (rival.weight, &rival.smoothed[k]));
             let state = &under(&found.smoothed[k]);
-            let Some(mut estimate) =
-                self.estimate(day, &layout.logs(&state.mean), layout.unbalance(&state.mean))
-            else {
-                continue;
-            };
-            let factors = layout.factor(&state.mean);
-            estimate.calculated_m.iter_mut().zip(factors).for_each(|(y, factor)| *y *= factor);
-            estimate.residual =
-                ReadingResidual::new(&estimate.calculated_m, &day.measured_m, &self.bearing_of);
-            let rivals = found.rivals.iter().map(|(weight, states)| (*weight, &states[k]));
-            estimate.spread = Some(spread(layout, state, rivals.collect(), &day.weights_kg_m));
+            let found_now = of_state(layout, day, &self.bearing_of, state, rivals.collect());
+            let Some(mut estimate) = found_now else { continue };
             estimate.suspicious = found.pass.impossible[k];
             let filtered = &under(&found.pass.visits[k].filtered);
             filter_states.push(layout.filter_states(
@@ -113,6 +106,24 @@ impl Tracking<'_> {
         }
         largest(changes.into_iter())
     }
+}
+
+/// The estimate of a reading by a state under its conditions; `rivals` are those of other explanations, each with its probability
+/// relative to this one.
+pub(super) fn of_state(
+    layout: &Layout,
+    day: &Day,
+    bearing_of: &[usize],
+    state: &Gaussian,
+    rivals: Vec<(f64, &Gaussian)>,
+) -> Option<ReadingEstimate> {
+    let mut estimate =
+        daily::estimate(day, bearing_of, &layout.logs(&state.mean), layout.unbalance(&state.mean))?;
+    let factors = layout.factor(&state.mean);
+    estimate.calculated_m.iter_mut().zip(factors).for_each(|(y, factor)| *y *= factor);
+    estimate.residual = ReadingResidual::new(&estimate.calculated_m, &day.measured_m, bearing_of);
+    estimate.spread = Some(spread(layout, state, rivals, &day.weights_kg_m));
+    Some(estimate)
 }
 
 /// Constant parts of the bearings from the start and from each event on, with the first day of each.

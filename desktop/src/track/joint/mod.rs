@@ -26,6 +26,7 @@ mod condition_effects;
 mod coordinate;
 mod estimates;
 mod filter_states;
+mod follower;
 mod kalman;
 mod learn;
 mod motion;
@@ -44,6 +45,7 @@ pub use answer::{
     BearingEffect, ConditionEffect, ConstantPart, Event, JointFindings, LogChange, OtherEffect, PlaneEffect,
     SecondSpeed,
 };
+pub use follower::Follower;
 pub use scope::{BearingSet, Instrument, Scope};
 
 use super::answer::ReadingEstimate;
@@ -55,6 +57,7 @@ use crate::diagnose::{ImprovementStep as Added, improve};
 use crate::error::{Error, TrackError};
 use crate::machine::drawing::Rotor;
 use crate::measurement::Reading;
+use conclude::SmoothedHistory;
 use coordinate::{Coordinate, size};
 use learn::Learning;
 use passes::{Epoch, JointProblem};
@@ -72,6 +75,16 @@ pub struct LaterRunup<'a> {
     pub readings: &'a [Reading],
 }
 
+/// The most probable history of a record.
+struct JointHistory {
+    problem: JointProblem,
+    found: SmoothedHistory,
+    /// Effects that later run-ups showed, by label.
+    effects: Vec<String>,
+    /// The machine at the end, with these effects.
+    now: Rotor,
+}
+
 impl Tracking<'_> {
     /// All days of the record together; `runup` is of the first day, `later` of days after an event.
     ///
@@ -84,6 +97,38 @@ impl Tracking<'_> {
         later: &[LaterRunup],
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<(TrackedRecord, JointFindings), Error> {
+        let JointHistory { problem, found, effects, now } =
+            self.joint_history(record, runup, later, progress)?;
+        let (run, mut findings) = self.estimates(&problem, &found, effects);
+        findings.second_speed = self.second_speed(&problem, &found, &now);
+        Ok((run, findings))
+    }
+
+    /// The same, with a filter that goes on from the last reading, and without the advice of a second speed.
+    ///
+    /// # Errors
+    /// As those of [`Self::joint`].
+    pub fn joint_to_go_on(
+        &self,
+        record: &[Reading],
+        runup: &[Reading],
+        later: &[LaterRunup],
+    ) -> Result<(TrackedRecord, JointFindings, Follower), Error> {
+        let JointHistory { problem, found, effects, now } =
+            self.joint_history(record, runup, later, &mut |_, _| ())?;
+        let (run, findings) = self.estimates(&problem, &found, effects);
+        let follower = Follower::new(self, &problem, &found, now)
+            .ok_or(Error::SingularMachine { tried: "on the bearings of the record" })?;
+        Ok((run, findings, follower))
+    }
+
+    fn joint_history(
+        &self,
+        record: &[Reading],
+        runup: &[Reading],
+        later: &[LaterRunup],
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<JointHistory, Error> {
         let mut start = self.adaptive(&mut |_, _| ()).estimates;
         let begun = self.phase_one.as_ref().map_or_else(|| self.rotor.clone(), |p| p.rotor.clone());
         let mut problem = self.problem(&begun, runup)?;
@@ -116,9 +161,7 @@ impl Tracking<'_> {
             problem.find_events(&mut history, &mut learning).ok_or_else(singular)?;
         }
         let found = problem.conclude(history, &mut learning).ok_or_else(singular)?;
-        let (run, mut findings) = self.estimates(&problem, &found, effects);
-        findings.second_speed = self.second_speed(&problem, &found, &now);
-        Ok((run, findings))
+        Ok(JointHistory { problem, found, effects, now })
     }
 
     fn problem(&self, begun: &Rotor, runup: &[Reading]) -> Result<JointProblem, Error> {

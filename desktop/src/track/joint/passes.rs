@@ -253,6 +253,6 @@ impl JointProblem {
 }
 
 /// Squared innovation above which a reading of so many numbers is an outlier.
-fn impossible_from(numbers: usize) -> f64 {
+pub(super) fn impossible_from(numbers: usize) -> f64 {
     ChiSquared::new(numbers as f64).map_or(f64::INFINITY, |c| c.inverse_cdf(1.0 - CHANCE))
 }

@@ -7,6 +7,7 @@
 
 use nalgebra::DVector;
 
+use super::conclude::RivalHistory;
 use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
@@ -159,14 +160,14 @@ impl JointProblem {
     }
 
     /// Smoothed states of a history whose covariates act on another part, under the conditions of their days.
-    pub(super) fn with_other_part(
-        &mut self,
-        changes: &[EventAt],
-        other: &OtherPart,
-    ) -> Option<Vec<Gaussian>> {
+    pub(super) fn with_other_part(&mut self, changes: &[EventAt], other: &OtherPart) -> Option<RivalHistory> {
         let own = std::mem::replace(&mut self.layout.regressors, other.regressors.clone());
         let found = self.converge(&other.motion, changes, &other.linearised_at, true);
-        let found = found.map(|(pass, _)| self.under_conditions(pass.smoothed(&pass.later())));
+        let weight = other.log_odds.exp();
+        let found = found.and_then(|(pass, _)| {
+            let smoothed = self.under_conditions(pass.smoothed(&pass.later()));
+            Some(RivalHistory { weight, smoothed, end: self.branch(weight, &other.motion, &pass, true)? })
+        });
         self.layout.regressors = own;
         found
     }
