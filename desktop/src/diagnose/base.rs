@@ -2,21 +2,13 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
 use super::parameters;
-use super::screening::Screening;
 use crate::effects::{ALL, Effect, Place, entry};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
-use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
+use crate::fit::{Drawing, Effort, Fit, Fitter};
 use crate::statistics::scatter::Scatter;
-
-/// Candidates whose drawing errors are settled together with them.
-const REFINED: usize = 10;
-/// Candidates beside a set of effects that are fitted to all of many readings.
-const LIKELY: usize = 16;
 
 /// A candidate with its fit.
 pub struct CandidateFit {
@@ -193,138 +185,6 @@ impl<'a> BaseModel<'a> {
         data.has_run(k) && data.rows.iter().any(|row| as_the_planes(row.listed))
     }
 
-    /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
-    pub fn try_all(&self) -> Result<Vec<CandidateFit>, Error> {
-        self.refined(self.attempts(usize::MAX)?)
-    }
-
-    /// What may be worth adding to a model that has an effect already, strongest evidence first: of many readings, those candidates that
-    /// are worth most on a part of them, with noise and drawing errors of the best settled.
-    pub fn try_likely(&self) -> Result<Vec<CandidateFit>, Error> {
-        self.refined(self.attempts(LIKELY)?)
-    }
-
-    /// The same candidates, compared in the noise and drawing of the search: enough to choose what is worth settling, which takes ten
-    /// times as long where the drawing has tolerances.
-    pub fn try_likely_unsettled(&self) -> Result<Vec<CandidateFit>, Error> {
-        let mut tried = self.attempts(LIKELY)?;
-        strongest_first(&mut tried);
-        let many = REFINED.min(tried.len());
-        // fits that stopped early can be far from what they are worth
-        let finished: Result<Vec<CandidateFit>, Error> = tried[..many]
-            .par_iter()
-            .map(|t| self.tried(t.placed, std::slice::from_ref(&t.fit.x), Effort::Search))
-            .collect();
-        tried.splice(..many, finished?);
-        strongest_first(&mut tried);
-        Ok(tried)
-    }
-
-    /// Fits of candidates; of many readings on a part first, and then of so many on all.
-    fn attempts(&self, many: usize) -> Result<Vec<CandidateFit>, Error> {
-        let (screened, possible) = self.screened(self.possible());
-        let progress = &self.fitter.progress;
-        progress.plan(possible.len());
-        let mut tried: Vec<CandidateFit> =
-            match Screening::beside(self.fitter, &self.hypothesis, &self.search.1)? {
-                None => {
-                    let told = possible.into_par_iter().inspect(|_| progress.step());
-                    told.filter_map(|a| self.attempt(a).ok()).collect()
-                }
-                Some(part) => {
-                    let look = |a: PlacedEffect| {
-                        let seen = part.best(&self.hypothesis.with(a), &self.starts(a));
-                        progress.step();
-                        seen.ok().map(|(x, evidence)| (a, x, evidence))
-                    };
-                    let mut seen: Vec<(PlacedEffect, Vec<f64>, f64)> =
-                        possible.into_par_iter().filter_map(look).collect();
-                    seen.sort_by(|a, b| b.2.total_cmp(&a.2));
-                    seen.truncate(many);
-                    let fit = |(a, x, _)| self.tried(a, &[x], Effort::Rough).ok();
-                    seen.into_par_iter().filter_map(fit).collect()
-                }
-            };
-        tried.extend(screened);
-        Ok(tried)
-    }
-
-    /// Candidates with the best of them refined, strongest evidence first.
-    fn refined(&self, mut tried: Vec<CandidateFit>) -> Result<Vec<CandidateFit>, Error> {
-        strongest_first(&mut tried);
-        let many = REFINED.min(tried.len());
-        self.fitter.progress.plan(many);
-        let (refined, rest) = tried.split_at_mut(many);
-        refined.par_iter_mut().try_for_each(|t| {
-            self.refine(t)?;
-            self.fitter.progress.step();
-            self.finish(t)
-        })?;
-        // behind those whose noise and drawing errors were settled
-        let least = refined.iter().map(|t| t.evidence).fold(f64::INFINITY, f64::min);
-        rest.iter_mut().for_each(|t| t.evidence = t.evidence.min(least));
-        strongest_first(&mut tried);
-        Ok(tried)
-    }
-
-    /// Of many candidates that are linear and act in one run alone, the best few are left to be fitted; the others come with a fit
-    /// that solves for them alone. An effect of one run among many hardly moves the bearings, so that this is its evidence but for
-    /// little.
-    fn screened(&self, possible: Vec<PlacedEffect>) -> (Vec<CandidateFit>, Vec<PlacedEffect>) {
-        let of_a_run = |a: &PlacedEffect| {
-            matches!(a.place, Place::Run(_)) && a.effect.parameters(&self.hypothesis.scales).is_empty()
-        };
-        let (of_runs, mut left): (Vec<_>, Vec<_>) = possible.into_iter().partition(of_a_run);
-        if of_runs.len() <= 2 * REFINED {
-            left.extend(of_runs);
-            return (Vec::new(), left);
-        }
-        let (_, base) = &self.search;
-        let alone = |a| self.tried(a, std::slice::from_ref(&base.x), Effort::Linear).ok();
-        let mut screened: Vec<CandidateFit> = of_runs.into_par_iter().filter_map(alone).collect();
-        strongest_first(&mut screened);
-        let rest = screened.split_off(REFINED.min(screened.len()));
-        left.extend(screened.into_iter().map(|t| t.placed));
-        (rest, left)
-    }
-
-    pub fn attempt(&self, placed: PlacedEffect) -> Result<CandidateFit, Error> {
-        self.tried(placed, &self.starts(placed), Effort::Rough)
-    }
-
-    fn starts(&self, placed: PlacedEffect) -> Vec<Vec<f64>> {
-        let starts = starts_for(&self.hypothesis, &self.search.1, placed);
-        if self.hypothesis.effects.len() > self.stated {
-            // with an effect in place the bearings are no longer driven off by what is missing: from there alone
-            return starts.into_iter().step_by(2).collect();
-        }
-        starts
-    }
-
-    /// A candidate fitted from these starts.
-    fn tried(
-        &self,
-        placed: PlacedEffect,
-        starts: &[Vec<f64>],
-        effort: Effort,
-    ) -> Result<CandidateFit, Error> {
-        let (drawing, base) = &self.search;
-        let with = self.hypothesis.with(placed);
-        let fit = self.fitter.fit(&with, starts, drawing, effort, Some(&base.amplitudes))?;
-        let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing);
-        let unknowns = fit.effect_unknowns - base.effect_unknowns;
-        let evidence = self.fitter.sizes.evidence(under_own(base) - under_own(&fit), unknowns);
-        Ok(CandidateFit { placed, evidence, sought: evidence, fit, disqualified: None, own_drawing: None })
-    }
-
-    /// A candidate fitted, its noise and drawing errors settled, with uncertainties.
-    pub fn refined_attempt(&self, placed: PlacedEffect) -> Result<CandidateFit, Error> {
-        let mut tried = self.attempt(placed)?;
-        self.refine(&mut tried)?;
-        self.finish(&mut tried)?;
-        Ok(tried)
-    }
-
     /// Evidence for this model over another of the same file, in the search of each.
     pub fn sought_over(&self, other: &Self) -> f64 {
         let own = |base: &Self| self.fitter.cost_under_own_scatter(&base.search.1, &base.search.0);
@@ -332,33 +192,8 @@ impl<'a> BaseModel<'a> {
         self.fitter.sizes.evidence(own(other) - own(self), unknowns)
     }
 
-    /// Settles noise and drawing errors together with a candidate.
-    pub fn refine(&self, t: &mut CandidateFit) -> Result<(), Error> {
-        let with = self.hypothesis.with(t.placed);
-        let (fit, own) = if self.fitter.drawing_is_exact() {
-            let start = [t.fit.x.clone()];
-            let drawing = self.fitter.exact_drawing();
-            let amplitudes = Some(&t.fit.amplitudes);
-            (self.fitter.fit(&with, &start, &drawing, Effort::Search, amplitudes)?, drawing)
-        } else {
-            self.fitter.on_common_optimum(&with, &t.fit, &self.search.0, Effort::Search)?
-        };
-        let (fit, own) = self.fitter.under_own_scatter(&with, fit, own)?;
-        t.evidence = self.fitter.evidence(&self.fit, &fit);
-        (t.fit, t.own_drawing) = (fit, Some(Arc::new(own)));
-        Ok(())
-    }
-
-    /// Adds uncertainties, and says whether physics allows the parameters.
-    pub fn finish(&self, t: &mut CandidateFit) -> Result<(), Error> {
-        let with = self.hypothesis.with(t.placed);
-        t.fit.covariance = self.fitter.covariance(&with, &t.fit, t.drawing(self))?;
-        t.disqualified = self.beyond_physics(&with, &t.fit);
-        Ok(())
-    }
-
     /// Why physics does not allow an effect that the file does not state.
-    fn beyond_physics(&self, with: &Hypothesis, fit: &Fit) -> Option<String> {
+    pub fn beyond_physics(&self, with: &Hypothesis, fit: &Fit) -> Option<String> {
         parameters::of_each(with, fit)[self.stated..].iter().find_map(|p| parameters::beyond_physics(p))
     }
 
@@ -400,11 +235,6 @@ fn relative_error(data: &Data, fit: &Fit) -> f64 {
 
 pub fn same(a: &PlacedEffect, b: &PlacedEffect) -> bool {
     a.effect.name() == b.effect.name() && a.place == b.place
-}
-
-fn strongest_first(tried: &mut [CandidateFit]) {
-    let key = |t: &CandidateFit| if t.disqualified.is_some() { f64::NEG_INFINITY } else { t.evidence };
-    tried.sort_by(|a, b| key(b).total_cmp(&key(a)).then(b.evidence.total_cmp(&a.evidence)));
 }
 
 /// Search coordinates of a fit of `from` in the scales of `to`.

@@ -68,11 +68,11 @@ pub fn suspect(
     }
     let rivals = settled(tried).filter(|t| !of_probe(t)).take(RIVALS);
     let compared = beside_unknown(base, tried, suspects.into_iter().chain(rivals))?;
-    Ok(most_probable(base, &compared, alone))
+    Ok(most_probable(base, &compared, alone).filter(|probe| probe.probability >= 1.0 - SURE))
 }
 
 /// The same by the differences of runs alone, where nothing that is the same in all runs can be laid on a probe: there it is enough that
-/// the probe with an unknown cause explains more than every rival with one, and by itself more than any other probe. Runs whose stated
+/// the probe with an unknown cause is more probable than all rivals with one, and by itself explains more than any other probe. Runs whose stated
 /// weights explain the misfit best are left out, a third of them at most. `None` where runs cannot be compared.
 pub fn suspect_between_runs(fitter: &Fitter) -> Option<SuspectProbe> {
     let mut data = fitter.data.clone();
@@ -94,7 +94,9 @@ pub fn suspect_between_runs(fitter: &Fitter) -> Option<SuspectProbe> {
             if !matches!(doubtful, Place::Run(_)) {
                 let found = most_probable(&base, &compared, unknown.evidence + 2.0 * OUTSIDE.ln());
                 let strongest = settled(&tried).find_map(|t| t.probe(&base));
-                return found.filter(|found| strongest.as_ref() == Some(&found.name));
+                let leads =
+                    |found: &SuspectProbe| found.probability > 0.5 && strongest.as_ref() == Some(&found.name);
+                return found.filter(leads);
             }
         }
         data.rows.retain(|row| row.listed.map(Place::Run) != Some(doubtful));
@@ -125,7 +127,7 @@ fn beside_unknown<'t>(
     candidates.map(of).collect()
 }
 
-/// The most probable probe of these candidates, against all others and an unknown cause alone, if it is beyond doubt.
+/// The most probable probe of these candidates, against all others and an unknown cause alone.
 fn most_probable(base: &BaseModel, compared: &[(&CandidateFit, f64)], alone: f64) -> Option<SuspectProbe> {
     let suspects = compared.iter().filter(|(t, _)| t.probe(base).is_some());
     let (best, most) = suspects.max_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -138,5 +140,5 @@ fn most_probable(base: &BaseModel, compared: &[(&CandidateFit, f64)], alone: f64
     let of_rest: f64 = odds(alone) + rest.iter().map(|(_, evidence)| odds(*evidence)).sum::<f64>();
     let probability = of_probe / (of_probe + of_rest);
     let words = best.misreading(base)?;
-    (probability >= 1.0 - SURE).then_some(SuspectProbe { name, words, probability })
+    Some(SuspectProbe { name, words, probability })
 }

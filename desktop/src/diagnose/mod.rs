@@ -9,6 +9,7 @@
 pub(crate) mod advice;
 mod answer;
 mod as_file;
+mod attempts;
 pub(crate) mod base;
 mod best_fit;
 pub(crate) mod checks;

@@ -176,7 +176,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let together = together(base, self.tried, self.unknown, REACH)?;
         let outside = together.outside(1.0 - self.ranking.nothing_missing);
         let SetComparison { set, unknown_odds } = together;
-        if let Some(EffectSet { base: with, .. }) = set.filter(|_| unknown_odds < 1.0) {
+        if let Some(EffectSet { base: with, .. }) = set.filter(|set| set.added > 1 && unknown_odds < 1.0) {
             let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
             let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
             let summary = format!(

@@ -218,6 +218,12 @@ pub trait Effect: Sync {
         self.name()
     }
 
+    /// Parameters with which that effect is this one, both in SI units; `None` where nothing of it has to be searched.
+    fn as_general(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+        let _ = parameters;
+        None
+    }
+
     /// Every place where the effect can sit on this rotor and does not yet by its `[physics]`.
     fn places(&self, rotor: &Rotor) -> Vec<Place>;
 

@@ -17,6 +17,11 @@ impl Effect for OnPedestal {
         "pedestal_by_direction"
     }
 
+    fn as_general(&self, parameters: &[f64]) -> Option<Vec<f64>> {
+        let &[stiffness_n_m, mass_kg, damping_n_s_m] = parameters else { return None };
+        Some(vec![stiffness_n_m, stiffness_n_m, mass_kg, damping_n_s_m])
+    }
+
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
         free_to_move(rotor)
     }

@@ -16,6 +16,11 @@ impl Effect for ProbeReversed {
         "probe_calibration"
     }
 
+    /// A gain of 1, and half a turn.
+    fn as_general(&self, _: &[f64]) -> Option<Vec<f64>> {
+        Some(vec![1.0, std::f64::consts::PI])
+    }
+
     fn places(&self, rotor: &Rotor) -> Vec<Place> {
         (0..rotor.probe.len()).map(Place::Probe).collect()
     }

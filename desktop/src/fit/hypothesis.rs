@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::effects::terms::Terms;
-use crate::effects::{Effect, Parameter, Place, Scales, Unknown};
+use crate::effects::{ALL, Effect, Parameter, Place, Scales, Unknown};
 use crate::machine::bearings::Bearings;
 use crate::machine::drawing::Rotor;
 
@@ -23,6 +23,29 @@ impl PlacedEffect {
     /// The same of the effect that this one is a special case of.
     pub fn general_label(&self, rotor: &Rotor) -> String {
         self.labelled(self.effect.general(), rotor)
+    }
+
+    /// Whether this effect is a special case of that one, at the same place, with which a search for that one can begin.
+    pub fn is_case_of(&self, general: &Self) -> bool {
+        let (own, its) = (self.effect, general.effect.name());
+        own.general() == its && own.name() != its && self.place == general.place
+    }
+
+    /// The effects that are special cases of this one, at its place.
+    pub fn special_cases(self) -> impl Iterator<Item = Self> {
+        ALL.into_iter()
+            .map(move |effect: &'static dyn Effect| Self { effect, place: self.place })
+            .filter(move |a| a.is_case_of(&self))
+    }
+
+    /// Search coordinates of a fit whose last effect is this one, as those of the more general effect at its place.
+    pub fn as_general(&self, general: &Self, scales: &Scales, x: &[f64]) -> Option<Vec<f64>> {
+        let own = self.effect.parameters(scales);
+        let (before, own_x) = x.split_at(x.len() - own.len());
+        let own_si: Vec<f64> = own.iter().zip(own_x).map(|(p, v)| p.scale.to_si(*v)).collect();
+        let its_si = self.effect.as_general(&own_si)?;
+        let its = general.effect.parameters(scales).into_iter().zip(its_si).map(|(p, v)| p.scale.from_si(v));
+        Some(before.iter().copied().chain(its).collect())
     }
 
     fn labelled(&self, name: &str, rotor: &Rotor) -> String {
