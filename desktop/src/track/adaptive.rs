@@ -4,8 +4,8 @@ use nalgebra::Complex;
 
 use super::answer::{FlagCause, ReadingEstimate, Reidentified};
 use super::cases::{BeforeEvent, fit_all};
+use super::coefficients::Logs;
 use super::daily::{EventDetector, TrackedRecord, Tracking};
-use super::operating_point::Logs;
 use super::record::Day;
 
 type C = Complex<f64>;

@@ -3,8 +3,8 @@
 use nalgebra::Complex;
 
 use super::cases::CaseFit;
+use super::coefficients::Logs;
 use super::detector::{DetectorThresholds, ReadingResidual};
-use super::operating_point::Logs;
 use crate::measurement::Condition;
 
 type C = Complex<f64>;

@@ -18,7 +18,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::operating_point::Logs;
+use super::coefficients::Logs;
 use super::record::Day;
 use crate::bearing::law::Role;
 use crate::fit::descent::{Objective, Stop, descend};

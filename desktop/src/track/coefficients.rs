@@ -1,12 +1,14 @@
 //! The numbers of bearings that change from day to day, each a logarithm: those that the data may decide of a bearing's law.
 
-use super::operating_point::Logs;
 pub use crate::bearing::law::PRIOR_LOG_SD;
 use crate::bearing::law::{LawUnknown, Role};
 use crate::effects::entry;
 use crate::error::{Error, TrackError};
 use crate::machine::drawing::Rotor;
 use crate::statistics::scale::Scale;
+
+/// Logarithms of the followed numbers of all bearings, in the order of phase I.
+pub type Logs = Vec<f64>;
 
 /// A number of a bearing that a record is followed in.
 #[derive(Debug, Clone, PartialEq)]

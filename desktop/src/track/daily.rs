@@ -7,11 +7,10 @@ use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 
 use super::answer::{Config, Flag, FlagCause, Method, ReadingEstimate, Reidentified};
-use super::coefficients::{FollowedNumber, followed, logs_of};
+use super::coefficients::{FollowedNumber, Logs, followed, logs_of};
 use super::conditions::{self, Covariate};
 use super::detector::{ReadingResidual, ResidualDetector};
 use super::faults;
-use super::operating_point::Logs;
 use super::record::{self, Day};
 use super::step::Steps;
 use crate::error::{Error, TrackError};

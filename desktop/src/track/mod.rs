@@ -43,6 +43,7 @@ pub use answer::{
 };
 pub use bayes::sampling::{PosteriorSample, Quality, SamplerKind, Sampling};
 pub use cases::CaseFit;
+pub use coefficients::Logs;
 pub use coefficients::{FollowedNumber, followed};
 pub use detector::{DetectorThresholds, ReadingResidual};
 pub use faults::check as check_record;
@@ -51,7 +52,6 @@ pub use joint::{
     BearingEffect, BearingSet, ConditionEffect, ConstantPart, Event, Instrument, JointFindings, LaterRunup,
     LogChange, OtherEffect, PlaneEffect, Scope, SecondSpeed,
 };
-pub use operating_point::Logs;
 
 use crate::error::Error;
 use crate::identify::PhaseOne;

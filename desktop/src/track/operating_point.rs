@@ -20,9 +20,6 @@ use crate::track::coefficients::{FollowedNumber, followed};
 
 type C = Complex<f64>;
 
-/// Logarithms of the followed numbers of all bearings, in the order of phase I.
-pub type Logs = Vec<f64>;
-
 /// Step of a logarithm for the derivative of a bearing's law.
 const STEP: f64 = 1e-5;
 
@@ -190,7 +187,7 @@ mod tests {
     use crate::bearing::table::{CoefficientTable, TableRow};
     use crate::machine::drawing::{Bearing, Plane};
     use crate::testing::{film, sample_rotor, train};
-    use crate::track::coefficients::logs_of;
+    use crate::track::coefficients::{Logs, logs_of};
     use nalgebra::DVector;
 
     const SPEED: f64 = 1100.0;
@@ -327,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn direct_slopes_are_one_half_each_of_constants_and_all_of_a_film() {
+    fn slopes_are_half_of_constants_and_all_of_a_film() {
         let sample = FollowedMachine::of(&sample_rotor()).at(SPEED).unwrap();
         let logs = logs_of(&sample_rotor());
         let of_stiffness = sample.direct_slopes(0, Role::Stiffness, &logs, &[0, 1, 4, 5]);

@@ -1,20 +1,7 @@
-//! The times of samples: whether they rise evenly, at which rate, and what is lost.
-
-use super::samples::Samples;
+//! The times of samples: at which rate they rise, and what is lost.
 
 /// A step of time may be this much longer or shorter than the mean, relative; a lost row is a step twice as long.
 const LARGEST_JITTER: f64 = 0.5;
-
-/// Fewer samples are no ramp.
-const SHORTEST_RAMP: usize = 8;
-
-/// The step of numbers that rise evenly from the first to the last.
-pub fn ramp(samples: &Samples) -> Option<f64> {
-    let last = samples.len().checked_sub(1).filter(|last| *last + 1 >= SHORTEST_RAMP)?;
-    let step = (samples.at(last) - samples.at(0)) / last as f64;
-    let is_on_line = |n: usize| (samples.at(n) - samples.at(0) - step * n as f64).abs() <= step;
-    (step > 0.0 && (1..last).all(|n| samples.at(n) >= samples.at(n - 1) && is_on_line(n))).then_some(step)
-}
 
 /// Samples a second of evenly spaced times, or a sentence with the first uneven step.
 pub fn rate(file: &str, column: &str, times_s: &[f64]) -> Result<f64, String> {

@@ -5,10 +5,13 @@ use std::collections::{HashMap, HashSet};
 use anyhow::{Result, bail};
 
 use super::header::{ChannelRole, channel_role, meaning};
-use super::sample_times::{ramp, rate};
+use super::sample_times::rate;
 use super::sampling_preamble::SamplingPreamble;
 use super::streamed::{Cursor, Streamed};
 use super::unit::{TimeUnit, Unit};
+
+/// Fewer samples are no ramp.
+const SHORTEST_RAMP: usize = 8;
 
 /// The channels of one recording, all sampled at the same moments.
 #[derive(Debug, Clone)]
@@ -123,6 +126,14 @@ impl Samples {
         }
     }
 
+    /// The step of numbers that rise evenly from the first to the last.
+    fn ramp(&self) -> Option<f64> {
+        let last = self.len().checked_sub(1).filter(|last| *last + 1 >= SHORTEST_RAMP)?;
+        let step = (self.at(last) - self.at(0)) / last as f64;
+        let is_on_line = |n: usize| (self.at(n) - self.at(0) - step * n as f64).abs() <= step;
+        (step > 0.0 && (1..last).all(|n| self.at(n) >= self.at(n - 1) && is_on_line(n))).then_some(step)
+    }
+
     pub fn extremes(&self) -> [f64; 2] {
         let ends = |all: &mut dyn Iterator<Item = f64>| {
             all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
@@ -166,7 +177,7 @@ impl Waveform {
     pub fn numbered(file: &str, rate_hz: Option<f64>, columns: impl IntoIterator<Item = Samples>) -> Self {
         let channel = |(i, samples): (usize, Samples)| {
             let name = (i + 1).to_string();
-            let ramp = ramp(&samples);
+            let ramp = samples.ramp();
             Channel { number: i + 1, header: name.clone(), name, unit: None, is_speed: false, ramp, samples }
         };
         let channels: Vec<Channel> = columns.into_iter().enumerate().map(channel).collect();
@@ -177,7 +188,7 @@ impl Waveform {
     pub fn of_columns(file: &str, rate_hz: Option<f64>, columns: Vec<SampleColumn>) -> Self {
         let role = |column: SampleColumn| {
             let role = channel_role(&column.header, &column.unit);
-            let ramp = ramp(&column.samples);
+            let ramp = column.samples.ramp();
             match (&role, ramp, time_unit(&column)) {
                 (ChannelRole::Signal { .. }, Some(_), Some(unit)) => (ChannelRole::Time(unit), ramp, column),
                 _ => (role, ramp, column),
@@ -307,7 +318,7 @@ fn time_unit(column: &SampleColumn) -> Option<Option<TimeUnit>> {
     let is_called = words().any(|word| word.starts_with("time") || word.ends_with("time"))
         || words().next().is_some_and(|word| TIMES.contains(&word));
     // numbers of samples are called x too
-    let is_numbers = stated.is_none() && ramp(&column.samples) == Some(1.0);
+    let is_numbers = stated.is_none() && column.samples.ramp() == Some(1.0);
     // another unit, such as degrees, is none of time
     let is_bare = column.unit.is_empty();
     (stated.is_some() || (is_called && is_bare && !is_numbers)).then_some(stated)

@@ -49,12 +49,12 @@ fn locked<T>(of: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 /// How a number stands in a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Encoding {
-    pub kind: Kind,
+    pub kind: SampleKind,
     pub is_big_endian: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum SampleKind {
     /// 128 is none; counts of a 16-bit converter are made of it.
     Unsigned8,
     Integer16,
@@ -65,7 +65,7 @@ pub enum Kind {
     Float64,
 }
 
-impl Kind {
+impl SampleKind {
     pub fn bytes(self) -> usize {
         match self {
             Self::Unsigned8 => 1,
@@ -80,7 +80,7 @@ impl Kind {
 impl Encoding {
     fn number(self, bytes: &[u8]) -> f64 {
         // what most recordings are
-        if let (Kind::Integer16, false, [low, high, ..]) = (self.kind, self.is_big_endian, bytes) {
+        if let (SampleKind::Integer16, false, [low, high, ..]) = (self.kind, self.is_big_endian, bytes) {
             return f64::from(i16::from_le_bytes([*low, *high]));
         }
         let mut all = [0; 8];
@@ -91,12 +91,12 @@ impl Encoding {
         }
         let low = u32::from_le_bytes([all[0], all[1], all[2], all[3]]);
         match self.kind {
-            Kind::Unsigned8 => 256.0 * (f64::from(all[0]) - 128.0),
-            Kind::Integer16 => f64::from(i16::from_le_bytes([all[0], all[1]])),
-            Kind::Integer24 => f64::from((low << 8) as i32) / 65_536.0,
-            Kind::Integer32 => f64::from(low as i32) / 65_536.0,
-            Kind::Float32 => f64::from(f32::from_bits(low)),
-            Kind::Float64 => f64::from_le_bytes(all),
+            SampleKind::Unsigned8 => 256.0 * (f64::from(all[0]) - 128.0),
+            SampleKind::Integer16 => f64::from(i16::from_le_bytes([all[0], all[1]])),
+            SampleKind::Integer24 => f64::from((low << 8) as i32) / 65_536.0,
+            SampleKind::Integer32 => f64::from(low as i32) / 65_536.0,
+            SampleKind::Float32 => f64::from(f32::from_bits(low)),
+            SampleKind::Float64 => f64::from_le_bytes(all),
         }
     }
 }
@@ -211,7 +211,7 @@ impl Streamed {
     }
 
     pub fn is_counts(&self) -> bool {
-        self.frames.encoding.kind == Kind::Integer16
+        self.frames.encoding.kind == SampleKind::Integer16
     }
 
     pub fn extremes(&self) -> [f64; 2] {
@@ -220,7 +220,7 @@ impl Streamed {
 
     /// The first sample that is no number.
     pub fn not_finite(&self) -> Option<usize> {
-        let is_float = matches!(self.frames.encoding.kind, Kind::Float32 | Kind::Float64);
+        let is_float = matches!(self.frames.encoding.kind, SampleKind::Float32 | SampleKind::Float64);
         if is_float { self.frames.survey().not_finite[self.channel] } else { None }
     }
 
@@ -273,7 +273,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("frames");
         std::fs::write(&path, &bytes).unwrap();
-        let encoding = Encoding { kind: Kind::Float32, is_big_endian: true };
+        let encoding = Encoding { kind: SampleKind::Float32, is_big_endian: true };
         for source in [Source::Bytes(bytes), Source::File(Mutex::new(File::open(&path).unwrap()))] {
             let channels = Streamed::all(Frames::new(source, 5, 100_000, 3, encoding));
             let mut cursor = channels[1].cursor();
@@ -286,7 +286,7 @@ mod tests {
 
     #[test]
     fn file_that_became_shorter_is_told() {
-        let encoding = Encoding { kind: Kind::Integer16, is_big_endian: false };
+        let encoding = Encoding { kind: SampleKind::Integer16, is_big_endian: false };
         let channels = Streamed::all(Frames::new(Source::Bytes(vec![1; 10]), 0, 100, 1, encoding));
         assert_eq!(channels[0].at(2), 257.0);
         assert!(channels[0].failed().is_some());

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::independence::{Student, Walker};
 use super::marginal::{BearingGaussian, ConditionalUnbalance, Marginal};
 use super::sampling::{PosteriorSample, Quality};
-use crate::track::operating_point::Logs;
+use crate::track::coefficients::Logs;
 
 /// Independent chains, and the width of their starts relative to the proposals.
 pub const CHAINS: usize = 4;

@@ -13,9 +13,8 @@ use super::sampling::{PosteriorSample, SamplerKind, Sampling, spread};
 use crate::bearing::law::Role;
 use crate::track::adaptive::Jump;
 use crate::track::answer::{FlagCause, ReadingEstimate, Reidentified};
-use crate::track::coefficients::FollowedNumber;
+use crate::track::coefficients::{FollowedNumber, Logs};
 use crate::track::daily::{EventDetector, TrackedRecord, Tracking};
-use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;

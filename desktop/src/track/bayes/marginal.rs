@@ -16,7 +16,7 @@ use rand_distr::StandardNormal;
 use super::independence::Student;
 use super::ridge::Ridge;
 use crate::fit::descent::{Objective, Stop, descend};
-use crate::track::operating_point::Logs;
+use crate::track::coefficients::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;

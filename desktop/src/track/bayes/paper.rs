@@ -20,9 +20,8 @@ use super::random_walk::{MarkovChain, MetropolisSampler, Proposal, quality};
 use super::sampling::{self, Sampling, median};
 use crate::track::adaptive::Jump;
 use crate::track::answer::{FlagCause, ReadingEstimate, Reidentified};
-use crate::track::coefficients::FollowedNumber;
+use crate::track::coefficients::{FollowedNumber, Logs};
 use crate::track::daily::{EventDetector, TrackedRecord, Tracking};
-use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;

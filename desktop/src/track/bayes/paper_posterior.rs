@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::random_walk::{MarkovChain, MetropolisSampler, mean};
 use super::sampling::{PosteriorSample, spread};
 use crate::track::answer::CredibleIntervals;
-use crate::track::operating_point::Logs;
+use crate::track::coefficients::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;

@@ -4,7 +4,7 @@ use nalgebra::Complex;
 
 use crate::statistics::convergence::Convergence;
 use crate::track::answer::{CredibleIntervals, Interval};
-use crate::track::operating_point::Logs;
+use crate::track::coefficients::Logs;
 
 type C = Complex<f64>;
 

@@ -6,7 +6,7 @@ use super::scope::Scope;
 use crate::forecast::filter_state::FilterState;
 use crate::measurement::Condition;
 use crate::track::answer::Interval;
-use crate::track::operating_point::Logs;
+use crate::track::coefficients::Logs;
 
 /// An event with its evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]

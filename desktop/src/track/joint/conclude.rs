@@ -4,7 +4,7 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 
 use super::answer::Event;
-use super::follower::Branch;
+use super::branch::Branch;
 use super::kalman::Gaussian;
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;

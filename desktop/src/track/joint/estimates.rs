@@ -12,10 +12,9 @@ use super::scope::Scope;
 use super::state::Layout;
 use crate::statistics::interval::HALF_95;
 use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, ReadingEstimate, Reidentified};
-use crate::track::coefficients::FollowedNumber;
+use crate::track::coefficients::{FollowedNumber, Logs};
 use crate::track::daily::{self, TrackedRecord, Tracking};
 use crate::track::detector::{ReadingResidual, largest};
-use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;

@@ -4,14 +4,11 @@
 //! ([`Layout::at_rest`]). The process model, the events and the other explanations are those of the record until then. The filter
 //! along the whole record with these linearisation points is the same.
 
-use nalgebra::DVector;
-
+use super::branch::Branch;
 use super::conclude::SmoothedHistory;
 use super::estimates::of_state;
-use super::kalman::{Gaussian, Innovation};
-use super::motion::ProcessModel;
-use super::passes::{JointProblem, Pass, impossible_from};
-use super::state::Layout;
+use super::kalman::Gaussian;
+use super::passes::JointProblem;
 use crate::error::Error;
 use crate::forecast::filter_state::FilterState;
 use crate::machine::drawing::{Noise, Rotor};
@@ -21,18 +18,6 @@ use crate::track::conditions::Covariate;
 use crate::track::daily::Tracking;
 use crate::track::operating_point::FollowedMachine;
 use crate::track::record::{self, Day};
-
-/// An explanation of the record, and its filter at the last reading.
-#[derive(Debug, Clone)]
-pub struct Branch {
-    /// Its probability relative to the most probable explanation.
-    pub weight: f64,
-    layout: Layout,
-    motion: ProcessModel,
-    state: Gaussian,
-    /// Whether readings say anything of the state; of a machine that nothing explains they do not.
-    is_read: bool,
-}
 
 /// A filter that goes on.
 pub struct Follower {
@@ -58,48 +43,6 @@ pub struct FollowedReading {
     pub is_impossible: bool,
     /// Points at which the machine was evaluated.
     pub evaluations: usize,
-}
-
-impl JointProblem {
-    /// The end of a run of the filter as an explanation of this probability.
-    pub(super) fn branch(
-        &self,
-        weight: f64,
-        motion: &ProcessModel,
-        pass: &Pass,
-        is_read: bool,
-    ) -> Option<Branch> {
-        let state = pass.visits.last()?.filtered.clone();
-        Some(Branch { weight, layout: self.layout.clone(), motion: motion.clone(), state, is_read })
-    }
-}
-
-impl Branch {
-    /// The point at which a reading at the predicted state is linearised.
-    fn point(&self) -> DVector<f64> {
-        self.layout.at_rest(self.state.mean.clone())
-    }
-
-    /// Takes a reading in after these paces; returns whether it is impossible. `None` if the machine is singular.
-    fn advance(&mut self, day: &Day, paces: f64, noise: &Noise) -> Option<bool> {
-        self.state = self.state.predicted(&self.layout.step(paces, &self.motion, None, false));
-        if !self.is_read {
-            return Some(false);
-        }
-        let point = self.point();
-        let linear = self.layout.linear(day, &point, noise)?;
-        let left = linear.left - &linear.slope * (&self.state.mean - &point);
-        let innovation = Innovation::new(&self.state, linear.slope, &left, &linear.variance)?;
-        let is_impossible = innovation.squared > impossible_from(linear.variance.len());
-        if !is_impossible {
-            self.state = innovation.update(&self.state);
-        }
-        Some(is_impossible)
-    }
-
-    fn under(&self, conditions: &[f64]) -> Gaussian {
-        self.layout.known_under(&self.state, conditions)
-    }
 }
 
 impl Follower {

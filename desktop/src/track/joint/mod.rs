@@ -21,6 +21,7 @@
 mod absorbed;
 mod advice;
 mod answer;
+mod branch;
 mod conclude;
 mod condition_effects;
 mod coordinate;

@@ -9,8 +9,8 @@ use super::motion::ProcessModel;
 use super::scope::{EventAt, Scope};
 use super::state::{Layout, LinearReading};
 use crate::machine::drawing::Noise;
+use crate::track::coefficients::Logs;
 use crate::track::conditions::Covariate;
-use crate::track::operating_point::Logs;
 use crate::track::record::Day;
 
 type C = Complex<f64>;

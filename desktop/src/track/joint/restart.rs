@@ -10,9 +10,9 @@ use super::search::StepWindow;
 use crate::error::{Error, TrackError};
 use crate::measurement::Reading;
 use crate::track::answer::{Config, Outage, ReadingEstimate};
+use crate::track::coefficients::Logs;
 use crate::track::daily::Tracking;
 use crate::track::faults::{FEWEST, LONG_GAP_D};
-use crate::track::operating_point::Logs;
 
 /// A part of the record that begins with a restart, followed by itself.
 pub struct RestartedPart {

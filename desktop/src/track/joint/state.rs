@@ -22,8 +22,7 @@ use super::motion::ProcessModel;
 use super::regressor::Regressor;
 use super::scope::{EventAt, Instrument, Scope};
 use crate::machine::drawing::Noise;
-use crate::track::coefficients::FollowedNumber;
-use crate::track::operating_point::Logs;
+use crate::track::coefficients::{FollowedNumber, Logs};
 use crate::track::record::Day;
 
 type C = Complex<f64>;

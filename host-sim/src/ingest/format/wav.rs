@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use anyhow::{Context, Result, bail};
 
 use super::super::samples::{Samples, Scale, Waveform};
-use super::super::streamed::{Encoding, Frames, Kind, Source, Streamed};
+use super::super::streamed::{Encoding, Frames, SampleKind, Source, Streamed};
 use super::Content;
 
 /// First words of files, with the order of their bytes and whether sizes may be of 64 bits.
@@ -20,7 +20,7 @@ const KINDS: [(&[u8; 4], ByteOrder); 4] = [
     (b"BW64", ByteOrder::Little),
     (b"RIFX", ByteOrder::Big),
 ];
-/// Kind, size and kind of the form.
+/// SampleKind, size and kind of the form.
 const FORM_HEAD: usize = 12;
 /// Name and size of a chunk.
 const CHUNK_HEAD: u64 = 8;
@@ -117,12 +117,12 @@ fn of_source(file: &str, source: Source) -> Result<Content> {
         bail!("{file}: its format says {channels} channels of {size} bytes, expected one of each at least");
     }
     let kind = match (number, size) {
-        (INTEGERS, 1) => Kind::Unsigned8,
-        (INTEGERS, 2) => Kind::Integer16,
-        (INTEGERS, 3) => Kind::Integer24,
-        (INTEGERS, 4) => Kind::Integer32,
-        (FLOATS, 4) => Kind::Float32,
-        (FLOATS, 8) => Kind::Float64,
+        (INTEGERS, 1) => SampleKind::Unsigned8,
+        (INTEGERS, 2) => SampleKind::Integer16,
+        (INTEGERS, 3) => SampleKind::Integer24,
+        (INTEGERS, 4) => SampleKind::Integer32,
+        (FLOATS, 4) => SampleKind::Float32,
+        (FLOATS, 8) => SampleKind::Float64,
         _ => bail!(
             "{file}: holds format {number} with {size} bytes a sample, expected PCM of 8 to 32 bits or floats of 32 or 64"
         ),
