@@ -354,6 +354,7 @@ mod slow {
     mod mistakes;
     mod noise;
     mod ordinary;
+    mod pedestals;
     mod plan;
     mod table_machines;
     mod train;

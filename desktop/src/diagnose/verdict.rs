@@ -6,7 +6,7 @@ use super::instruments::{SuspectProbe, suspect, suspect_between_runs};
 use super::mistaken::MistakeComparison;
 use super::parameters;
 use super::planes::PlaneUnbalances;
-use super::rank::Ranking;
+use super::rank::{NONE_OF_THESE, Ranking};
 use super::sets::{EffectSet, SearchReach, SetComparison, is_enough, together};
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
@@ -98,11 +98,14 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             return say(DiagnosisVerdict::Undecided, why, left);
         }
         if let Some(group) = self.ranking.groups.first() {
-            let others = group.len() - 1;
-            let why = format!(
-                "An effect is missing. {label} fits best, but the data cannot tell it from {others} other candidate{}.",
-                if others == 1 { "" } else { "s" }
-            );
+            let others: Vec<&String> = group.iter().filter(|other| **other != label).collect();
+            let from = match others[..] {
+                [other] if other == NONE_OF_THESE => "a cause outside the list".into(),
+                [other] => other.clone(),
+                _ => format!("{} other candidates", others.len()),
+            };
+            let why =
+                format!("An effect is missing. {label} fits best, but the data cannot tell it from {from}.");
             return conclude(DiagnosisVerdict::Undecided, why, left, true);
         }
         let why = best.missing_in_words(base, self.ranking.probabilities[0]);

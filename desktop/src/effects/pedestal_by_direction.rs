@@ -25,7 +25,7 @@ impl Effect for PedestalByDirection {
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
         let mut starts = Vec::new();
         for [kx, ky] in [[1.0, 3.0], [3.0, 1.0]] {
-            for resonance in [0.5, 0.8] {
+            for resonance in [0.5, 0.8, 1.5] {
                 let k = scales.stiffness_n_m;
                 let m = k / (resonance * scales.fastest_rad_s).powi(2);
                 starts.push(vec![kx * k, ky * k, m, 0.05 * k / scales.fastest_rad_s]);

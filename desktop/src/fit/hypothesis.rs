@@ -112,3 +112,42 @@ impl<'a> Hypothesis<'a> {
         terms
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::Fitter;
+    use crate::fit::data::Data;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn special_case_in_terms_of_the_general_effect_is_the_same() {
+        let rotor = sample_rotor();
+        let fitter = Fitter::new(&rotor, Data::default());
+        let drawn = Hypothesis::drawn(&rotor, fitter.scales(None));
+        let mut seen = Vec::new();
+        for effect in ALL {
+            for place in effect.places(&rotor) {
+                let general = PlacedEffect { effect, place };
+                for special in general.special_cases() {
+                    let own = special.effect.parameters(&drawn.scales);
+                    let usual = special.effect.typical(&drawn.scales);
+                    let own = own.iter().zip(&usual).map(|(p, v)| p.scale.from_si(*v));
+                    let x: Vec<f64> = drawn.origin().into_iter().chain(own).collect();
+                    let Some(same) = special.as_general(&general, &drawn.scales, &x) else { continue };
+                    let (a, b) = (drawn.with(special).terms(&x), drawn.with(general).terms(&same));
+                    for ((_, a), (_, b)) in a.supports.iter().zip(&b.supports) {
+                        let [a, b] = [a, b].map(|law| law.dynamic_stiffness(300.0, [0.0; 2]));
+                        assert!((a - b).norm() <= 1e-12 * a.norm(), "{}", special.label(&rotor));
+                    }
+                    let gains = a.gains.iter().zip(&b.gains);
+                    assert!(gains.clone().all(|(a, b)| (a - b).norm() < 1e-12), "{}", special.label(&rotor));
+                    seen.push(special.effect.name());
+                }
+            }
+        }
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen, ["pedestal", "probe_reversed"]);
+    }
+}

@@ -1,0 +1,66 @@
+//! Where a search begins: starts in several strengths, of which the promising ones are followed.
+
+use super::descent::Stop;
+use super::hypothesis::{Hypothesis, PlacedEffect};
+use super::optimum::Fit;
+use super::problem::Problem;
+
+/// Short runs, one after another, and how many starts are followed through all of them.
+const SCOUTS: [Stop; 3] = [Stop::after(2, 1e-4), Stop::after(3, 1e-4), Stop::after(5, 1e-4)];
+const FOLLOWED: usize = 2;
+/// Strengths from which an effect is sought, of its usual one.
+const STRENGTHS: [f64; 2] = [1.0, 0.1];
+
+/// Moves a problem to the best end of short runs from these starts. The less promising half of them is given up after each run, as
+/// most cost far more than the best one after a few steps.
+pub fn scout(problem: &mut Problem, starts: &[Vec<f64>]) {
+    if let [start] = starts {
+        return problem.go_to(start);
+    }
+    let mut left = starts.to_vec();
+    for run in SCOUTS {
+        left = ends(problem, &left, run);
+        left.truncate(left.len().div_ceil(2).max(FOLLOWED));
+    }
+    if let Some(best) = left.first() {
+        problem.go_to(best);
+    }
+}
+
+/// Where runs from these starts end, lowest first; those from which the machine is singular are left out.
+fn ends(problem: &mut Problem, starts: &[Vec<f64>], stop: Stop) -> Vec<Vec<f64>> {
+    let mut ends: Vec<(f64, Vec<f64>)> = Vec::new();
+    for start in starts {
+        problem.go_to(start);
+        problem.descend(stop);
+        if problem.cost().is_finite() {
+            ends.push((problem.cost(), problem.x().to_vec()));
+        }
+    }
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ends.into_iter().map(|(_, x)| x).collect()
+}
+
+/// Starting points for an effect on top of a fit, in two strengths: from where that fit ended and from the file's bearings.
+pub fn starts_for(hypothesis: &Hypothesis, base: &Fit, added: PlacedEffect) -> Vec<Vec<f64>> {
+    let scales = &hypothesis.scales;
+    let parameters = added.effect.parameters(scales);
+    let count = hypothesis.bearings.count();
+    let drawn = hypothesis.bearings.stated();
+    // without parameters all strengths are one
+    let strengths = if parameters.is_empty() { &STRENGTHS[..1] } else { &STRENGTHS };
+    let mut starts = Vec::new();
+    for usual in added.effect.starts(scales) {
+        for strength in strengths {
+            let si = added.effect.strengthened(scales, &usual, *strength);
+            let own: Vec<f64> = parameters.iter().zip(&si).map(|(p, v)| p.scale.from_si(*v)).collect();
+            let from = |bearings: &[f64]| {
+                let earlier = &base.x[count..];
+                bearings.iter().chain(earlier).chain(&own).copied().collect::<Vec<f64>>()
+            };
+            starts.push(from(&base.x[..count]));
+            starts.push(from(&drawn));
+        }
+    }
+    starts
+}
