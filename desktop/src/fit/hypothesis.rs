@@ -116,15 +116,14 @@ impl<'a> Hypothesis<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::Fitter;
-    use crate::fit::data::Data;
+    use crate::effects::physical;
     use crate::testing::sample_rotor;
 
     #[test]
     fn special_case_in_terms_of_the_general_effect_is_the_same() {
         let rotor = sample_rotor();
-        let fitter = Fitter::new(&rotor, Data::default());
-        let drawn = Hypothesis::drawn(&rotor, fitter.scales(None));
+        let scales = physical::scales(&rotor, &Terms::drawn(&rotor), 600.0, 1e-5);
+        let drawn = Hypothesis::drawn(&rotor, scales);
         let mut seen = Vec::new();
         for effect in ALL {
             for place in effect.places(&rotor) {
