@@ -2,6 +2,7 @@
 
 use crate::bearing::Law;
 use crate::bearing::film_law::FilmLaw;
+use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::machine::drawing::{
     Bearing, Coefficients, Coupling, Disk, Flexibility, Mount, Physics, Plane, Probe, Rotor, Segment,
     Tolerance,
@@ -143,4 +144,20 @@ pub fn film(load_n: f64) -> Law {
          temperature_c = 55.0\nload_n = {load_n}"
     );
     Law::Film(FilmLaw::new(toml::from_str(&film).unwrap()).unwrap())
+}
+
+/// A table of coefficients at 1,000 rpm and at this speed, stiffer at the second.
+pub fn table(fastest_rpm: f64) -> Law {
+    let row = |speed_rpm, k| TableRow {
+        speed_rpm,
+        kxx: k,
+        kxy: 0.2 * k,
+        kyx: -0.1 * k,
+        kyy: 2.0 * k,
+        cxx: 1e4,
+        cxy: 0.0,
+        cyx: 0.0,
+        cyy: 2e4,
+    };
+    Law::Table(CoefficientTable::new(vec![row(1000.0, 1e7), row(fastest_rpm, 3e7)]).unwrap())
 }

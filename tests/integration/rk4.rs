@@ -297,6 +297,13 @@ mod slow {
     }
 
     #[test]
+    fn probe_that_is_off_is_named_by_all_of_the_data() {
+        let (rotor, readings) = rig();
+        let found = diagnose(&rotor, &readings).unwrap();
+        assert_eq!(found.bad_probe.as_deref(), Some("P1X"), "{}", found.summary);
+    }
+
+    #[test]
     fn unexplained_misfit_gives_unknown_verdict_and_adds_no_effect() {
         let (mut rotor, mut readings) = rig();
         let chosen = |run: &str| EIGHT.contains(&run);

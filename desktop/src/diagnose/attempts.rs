@@ -88,8 +88,8 @@ impl BaseModel<'_> {
         Ok(tried)
     }
 
-    /// An effect fits no worse than a special case of it. One that does, or that was not settled beside a settled special case, is
-    /// sought again from where that ended.
+    /// An effect fits at least as well as its special case. An effect that fits worse, or that is not settled while its special case
+    /// is, is sought again from the fit of the special case.
     fn seek_from_special_cases(&self, tried: &mut [CandidateFit]) -> Result<(), Error> {
         let start = |t: &CandidateFit| {
             let settled = tried.iter().filter(|s| s.own_drawing.is_some());

@@ -218,7 +218,8 @@ pub trait Effect: Sync {
         self.name()
     }
 
-    /// Parameters with which that effect is this one, both in SI units; `None` where nothing of it has to be searched.
+    /// Parameters of the general effect that describe this special case with these `parameters`, all in SI units; `None` if this
+    /// effect is general itself, or the general effect has linear unknowns only.
     fn as_general(&self, parameters: &[f64]) -> Option<Vec<f64>> {
         let _ = parameters;
         None

@@ -25,7 +25,7 @@ impl PlacedEffect {
         self.labelled(self.effect.general(), rotor)
     }
 
-    /// Whether this effect is a special case of that one, at the same place, with which a search for that one can begin.
+    /// Whether this effect is a special case of that one, at the same place.
     pub fn is_case_of(&self, general: &Self) -> bool {
         let (own, its) = (self.effect, general.effect.name());
         own.general() == its && own.name() != its && self.place == general.place

@@ -8,7 +8,7 @@ use super::problem::Problem;
 /// Short runs, one after another, and how many starts are followed through all of them.
 const SCOUTS: [Stop; 3] = [Stop::after(2, 1e-4), Stop::after(3, 1e-4), Stop::after(5, 1e-4)];
 const FOLLOWED: usize = 2;
-/// Strengths from which an effect is sought, of its usual one.
+/// Strengths of an effect at the starts of its search, relative to the usual strength.
 const STRENGTHS: [f64; 2] = [1.0, 0.1];
 
 /// Moves a problem to the best end of short runs from these starts. The less promising half of them is given up after each run, as

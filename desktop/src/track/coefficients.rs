@@ -26,7 +26,7 @@ impl FollowedNumber {
         self.law.role == Role::Damping
     }
 
-    /// Spread of its logarithm relative to that of a direct coefficient.
+    /// Standard deviation of its logarithm by the prior, relative to that of a direct coefficient.
     pub fn width(&self) -> f64 {
         self.law.prior_sd / PRIOR_LOG_SD
     }
@@ -79,9 +79,8 @@ mod tests {
     use crate::bearing::Law;
     use crate::bearing::magnetic::Magnetic;
     use crate::bearing::support::Pedestal;
-    use crate::bearing::table::{CoefficientTable, TableRow};
     use crate::machine::drawing::Mount;
-    use crate::testing::{film, sample_rotor, train};
+    use crate::testing::{film, sample_rotor, table, train};
 
     fn magnets() -> Law {
         Law::Magnetic(Magnetic { stiffness_n_m: -1e6, damping_n_s_m: 0.0 })
@@ -130,20 +129,8 @@ mod tests {
 
     #[test]
     fn each_law_is_followed_in_its_own_positive_numbers() {
-        let row = |speed_rpm, k| TableRow {
-            speed_rpm,
-            kxx: k,
-            kxy: 0.2 * k,
-            kyx: -0.1 * k,
-            kyy: 2.0 * k,
-            cxx: 1e4,
-            cxy: 0.0,
-            cyx: 0.0,
-            cyy: 2e4,
-        };
         let mut rotor = train();
-        rotor.bearing[0].law =
-            Law::Table(CoefficientTable::new(vec![row(1000.0, 1e7), row(9000.0, 3e7)]).unwrap());
+        rotor.bearing[0].law = table(9000.0);
         rotor.bearing[1].law = film(3000.0);
         rotor.bearing[2].law = magnets();
         let named: Vec<(usize, String)> =

@@ -184,9 +184,8 @@ mod tests {
     use super::*;
     use crate::bearing::magnetic::Magnetic;
     use crate::bearing::support::Pedestal;
-    use crate::bearing::table::{CoefficientTable, TableRow};
     use crate::machine::drawing::{Bearing, Plane};
-    use crate::testing::{film, sample_rotor, train};
+    use crate::testing::{film, sample_rotor, table, train};
     use crate::track::coefficients::{Logs, logs_of};
     use nalgebra::DVector;
 
@@ -280,20 +279,8 @@ mod tests {
 
     /// Bearings of every law that is followed in numbers of its own, and one of magnets.
     fn any_law() -> Rotor {
-        let row = |speed_rpm, k| TableRow {
-            speed_rpm,
-            kxx: k,
-            kxy: 0.2 * k,
-            kyx: -0.1 * k,
-            kyy: 2.0 * k,
-            cxx: 1e4,
-            cxy: 0.0,
-            cyx: 0.0,
-            cyy: 2e4,
-        };
         let mut rotor = train();
-        rotor.bearing[0].law =
-            Law::Table(CoefficientTable::new(vec![row(1000.0, 1e7), row(15_000.0, 3e7)]).unwrap());
+        rotor.bearing[0].law = table(15_000.0);
         rotor.bearing[1].law = film(3000.0);
         rotor.bearing[1].pedestal = Some(Pedestal::isotropic(9e8, 2e4, 60.0));
         rotor.bearing[2].law = Law::Magnetic(Magnetic { stiffness_n_m: -1e6, damping_n_s_m: 0.0 });

@@ -6,9 +6,10 @@
 //! extended Kalman filter and smoother solve it (`kalman`, `state`). Covariance and persistence of the random walk are
 //! learned from the record by expectation and maximisation (Shumway and Stoffer 1982).
 //!
-//! One reading at one speed has fewer numbers than there are unknowns, on two bearings eight for twelve. Time resolves them: a random walk of the bearings and
-//! a smooth drift of the unbalance change the features in different ways, a run-up fixes the bearings of one day, and
-//! the unbalance changes little from day to day. Unknowns that stay open keep their prior;
+//! One reading at one speed has fewer numbers than there are unknowns, on two bearings eight for twelve. Time resolves
+//! them: a random walk of the bearings and a smooth drift of the unbalance change the features in different ways, a
+//! run-up fixes the bearings of one day, and the unbalance changes little from day to day. Unknowns that stay open keep
+//! their prior;
 //! [`JointFindings::constants`] says which.
 //!
 //! Conditions of operation change bearings or unbalance where the evidence asks for it (`regression`).
