@@ -3,7 +3,7 @@
 //! | size | use | reason |
 //! |---|---|---|
 //! | `CONTROLLER` | model of the controller; paper's basis in tracking | the core's matrices are of this size |
-//! | [`tracking`] | readings of a long record | days are solved once, so the basis need not show |
+//! | `tracking` | readings of a long record | days are solved once, so the basis need not show |
 //! | `WEIGHTS` | correction weights, influence of a prior | exact to a few parts in ten thousand at every trial |
 //! | `SIMULATED` | rivals and lags that a diagnosis simulates | below the differences that it looks for, one model each |
 //! | `FIT` | the shaft that fits are made on | what it leaves out is far below any noise |
