@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::base::{BaseModel, CandidateFit};
+use super::base::{BaseModel, CandidateFit, explains};
+use super::rank::NEGLIGIBLE;
 use super::screening::Screening;
 use crate::effects::Place;
 use crate::error::Error;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::{Effort, Fit, starts_for};
+use crate::statistics::scatter::Scatter;
 
 /// Candidates whose drawing errors are settled together with them.
 const REFINED: usize = 10;
@@ -50,21 +52,21 @@ impl BaseModel<'_> {
         let progress = &self.fitter.progress;
         progress.plan(possible.len());
         let told = possible.into_par_iter().inspect(|_| progress.step());
-        let mut tried: Vec<CandidateFit> =
-            match Screening::beside(self.fitter, &self.hypothesis, &self.search.1)? {
-                None => told.filter_map(|a| self.attempt(a).ok()).collect(),
-                Some(part) => {
-                    let look = |a: PlacedEffect| {
-                        let (x, evidence) = part.best(&self.hypothesis.with(a), &self.starts(a)).ok()?;
-                        Some((a, x, evidence))
-                    };
-                    let mut seen: Vec<(PlacedEffect, Vec<f64>, f64)> = told.filter_map(look).collect();
-                    seen.sort_by(|a, b| b.2.total_cmp(&a.2));
-                    seen.truncate(many);
-                    let fit = |(a, x, _)| self.tried(a, &[x], Effort::Rough).ok();
-                    seen.into_par_iter().filter_map(fit).collect()
-                }
-            };
+        let part = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)?;
+        let mut tried: Vec<CandidateFit> = match part {
+            None => told.filter_map(|a| self.attempt(a).ok()).collect(),
+            Some(part) => {
+                let look = |a: PlacedEffect| {
+                    let (x, evidence) = part.best(&self.hypothesis.with(a), &self.starts(a)).ok()?;
+                    Some((a, x, evidence))
+                };
+                let mut seen: Vec<(PlacedEffect, Vec<f64>, f64)> = told.filter_map(look).collect();
+                seen.sort_by(|a, b| b.2.total_cmp(&a.2));
+                seen.truncate(many);
+                let fit = |(a, x, _)| self.tried(a, &[x], Effort::Rough).ok();
+                seen.into_par_iter().filter_map(fit).collect()
+            }
+        };
         tried.extend(screened);
         Ok(tried)
     }
@@ -74,8 +76,17 @@ impl BaseModel<'_> {
         strongest_first(&mut tried);
         let many = REFINED.min(tried.len());
         self.fitter.progress.plan(many);
+        let noise: Result<Vec<Scatter>, Error> =
+            tried[..many].par_iter_mut().map(|t| self.take_own_drawing(t)).collect();
+        let best = tried[..many].iter().zip(noise?).max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
+        // where none explains the data, noise that takes the rest for its own can change all of them by as much
+        let least =
+            best.filter(|(_, noise)| explains(noise, self)).map(|(t, _)| t.evidence + 2.0 * NEGLIGIBLE.ln());
         tried[..many].par_iter_mut().try_for_each(|t| {
-            self.refine(t)?;
+            // the evidence of one that is beyond doubt less probable need not be exact
+            if least.is_none_or(|least| t.evidence > least) {
+                self.take_own_noise(t)?;
+            }
             self.fitter.progress.step();
             self.finish(t)
         })?;
@@ -92,10 +103,10 @@ impl BaseModel<'_> {
     /// is, is sought again from the fit of the special case.
     fn seek_from_special_cases(&self, tried: &mut [CandidateFit]) -> Result<(), Error> {
         let start = |t: &CandidateFit| {
-            let settled = tried.iter().filter(|s| s.own_drawing.is_some());
+            let settled = tried.iter().filter(|s| s.is_settled);
             let special = settled.filter(|s| s.placed.is_case_of(&t.placed));
             let special = special.min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))?;
-            let is_worse = t.own_drawing.is_none() || t.fit.cost > special.fit.cost;
+            let is_worse = !t.is_settled || t.fit.cost > special.fit.cost;
             let x = &special.fit.x;
             special.placed.as_general(&t.placed, &self.hypothesis.scales, x).filter(|_| is_worse)
         };
@@ -155,7 +166,15 @@ impl BaseModel<'_> {
         let under_own = |fit: &Fit| self.fitter.cost_under_own_scatter(fit, drawing);
         let unknowns = fit.effect_unknowns - base.effect_unknowns;
         let evidence = self.fitter.sizes.evidence(under_own(base) - under_own(&fit), unknowns);
-        Ok(CandidateFit { placed, evidence, sought: evidence, fit, disqualified: None, own_drawing: None })
+        Ok(CandidateFit {
+            placed,
+            evidence,
+            sought: evidence,
+            fit,
+            disqualified: None,
+            own_drawing: None,
+            is_settled: false,
+        })
     }
 
     /// A candidate fitted, its noise and drawing errors settled, with uncertainties.
@@ -169,13 +188,14 @@ impl BaseModel<'_> {
     }
 
     fn settled(&self, mut t: CandidateFit) -> Result<CandidateFit, Error> {
-        self.refine(&mut t)?;
+        self.take_own_drawing(&mut t)?;
+        self.take_own_noise(&mut t)?;
         self.finish(&mut t)?;
         Ok(t)
     }
 
-    /// Settles noise and drawing errors together with a candidate.
-    pub fn refine(&self, t: &mut CandidateFit) -> Result<(), Error> {
+    /// Settles drawing errors together with a candidate; its evidence is then that under the noise which it leaves, which is returned.
+    fn take_own_drawing(&self, t: &mut CandidateFit) -> Result<Scatter, Error> {
         let with = self.hypothesis.with(t.placed);
         let (fit, own) = if self.fitter.drawing_is_exact() {
             let start = [t.fit.x.clone()];
@@ -185,9 +205,20 @@ impl BaseModel<'_> {
         } else {
             self.fitter.on_common_optimum(&with, &t.fit, &self.search.0, Effort::Search)?
         };
-        let (fit, own) = self.fitter.under_own_scatter(&with, fit, own)?;
-        t.evidence = self.fitter.evidence(&self.fit, &fit);
+        let (noise, cost) = self.fitter.own_scatter(&fit, &own);
+        // of no size at all, an effect costs nothing
+        let gain = (self.fit.cost - cost).max(0.0);
+        t.evidence = self.fitter.sizes.evidence(gain, fit.effect_unknowns - self.fit.effect_unknowns);
         (t.fit, t.own_drawing) = (fit, Some(Arc::new(own)));
+        Ok(noise)
+    }
+
+    /// Settles noise and drawing errors together with a candidate that has a drawing of its own.
+    fn take_own_noise(&self, t: &mut CandidateFit) -> Result<(), Error> {
+        let with = self.hypothesis.with(t.placed);
+        let (fit, own) = self.fitter.under_own_scatter(&with, t.fit.clone(), t.drawing(self).as_it_is())?;
+        t.evidence = self.fitter.evidence(&self.fit, &fit);
+        (t.fit, t.own_drawing, t.is_settled) = (fit, Some(Arc::new(own)), true);
         Ok(())
     }
 

@@ -21,6 +21,8 @@ pub struct CandidateFit {
     pub disqualified: Option<String>,
     /// The drawing's errors taken around this fit, where that was done.
     pub own_drawing: Option<Arc<Drawing>>,
+    /// Whether noise and drawing's errors are both settled.
+    pub is_settled: bool,
 }
 
 impl CandidateFit {
@@ -44,7 +46,7 @@ pub struct BaseModel<'a> {
 
 /// The model of a file as a hypothesis: its effects refitted along with bearings and planes, but for those of runs that
 /// the data do not hold; and where to start from.
-fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, [Vec<f64>; 3]), Error> {
+pub fn of_file<'a>(fitter: &Fitter<'a>) -> Result<(Hypothesis<'a>, [Vec<f64>; 3]), Error> {
     let rotor = fitter.rotor;
     let mut hypothesis = Hypothesis::drawn(rotor, fitter.scales(None));
     let mut x = hypothesis.bearings.stated();
@@ -117,13 +119,6 @@ impl<'a> BaseModel<'a> {
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
-    /// What the model of the file costs in a search that ends early, where it is compared with others of the same data.
-    pub fn search_cost(fitter: &'a Fitter<'a>) -> Result<f64, Error> {
-        let (hypothesis, starts) = of_file(fitter)?;
-        let SearchFit { around, there, .. } = SearchFit::of(fitter, hypothesis, &starts, Effort::Rough)?;
-        Ok(fitter.cost_under_own_scatter(&there, &around))
-    }
-
     /// Fits a hypothesis, of whose effects the file states the first so many, from these starts, taking the drawing's errors anew around each fit.
     pub fn fit_base(
         fitter: &'a Fitter<'a>,
@@ -147,7 +142,7 @@ impl<'a> BaseModel<'a> {
         let (fitter, stated, with) = (self.fitter, self.stated, self.hypothesis.with(t.placed));
         let file = Hypothesis { scales: fitter.scales(None), ..with.clone() };
         let starts = [rescaled(&with, &file, &t.fit)];
-        let Some(drawing) = t.own_drawing.clone() else {
+        let Some(drawing) = t.own_drawing.clone().filter(|_| t.is_settled) else {
             return Self::fit_base(fitter, with, stated, starts);
         };
         let SearchFit { hypothesis, around, there, .. } =

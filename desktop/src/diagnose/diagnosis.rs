@@ -9,7 +9,7 @@ use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
 use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
-use super::rank::Ranking;
+use super::rank::{NEGLIGIBLE, Ranking};
 use super::runs::{RefutedRun, RunChange};
 use super::sweep::Sweep;
 use super::unknown::UnknownCauseFit;
@@ -26,8 +26,6 @@ use crate::measurement::Reading;
 
 /// That nothing is missing, before there are data.
 const PRIOR: f64 = 0.5;
-/// A probability below which nobody asks for its size.
-const NEGLIGIBLE: f64 = 1e-6;
 
 /// Diagnoses a model against measurements.
 ///
@@ -246,7 +244,7 @@ impl BaseModel<'_> {
         let ranking = |mistaken| rank::rank(self, &tried, tried.len(), Some(unknown.evidence), mistaken);
         let (mut mistaken, mut weighed) = (MistakeComparison::none(), ranking(None));
         if weighed.nothing_missing < PRIOR {
-            mistaken = MistakeComparison::beside(self, readings, noise)?;
+            mistaken = MistakeComparison::beside(self, tried.first(), readings, noise)?;
             weighed = ranking(Some(&mistaken));
         }
         Ok(ModelComparison { tried, unknown, mistaken, ranking: weighed })

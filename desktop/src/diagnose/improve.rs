@@ -226,7 +226,7 @@ fn in_order<'a>(
         // those that were refined beside the model at the start need no other fit
         let placed: Vec<PlacedEffect> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
         let mut refined = |a: &PlacedEffect| {
-            let k = tried.iter().position(|t| same(&t.placed, a) && t.own_drawing.is_some())?;
+            let k = tried.iter().position(|t| same(&t.placed, a) && t.is_settled)?;
             Some(tried.swap_remove(k))
         };
         let known: Vec<Option<CandidateFit>> = placed.iter().map(&mut refined).collect();

@@ -111,7 +111,7 @@ fn price_of_place(tried: &[CandidateFit]) -> f64 {
 
 /// Candidates that physics allows and whose noise and drawing are settled: evidence of others is none to compare by.
 fn settled(tried: &[CandidateFit]) -> impl Iterator<Item = &CandidateFit> {
-    tried.iter().filter(|t| t.disqualified.is_none() && t.own_drawing.is_some())
+    tried.iter().filter(|t| t.disqualified.is_none() && t.is_settled)
 }
 
 /// Candidates with their evidence over the model, each with an unknown cause beside it where that explains more.

@@ -6,12 +6,13 @@ use nalgebra::Complex;
 use rayon::prelude::*;
 
 use super::answer::{RIVAL, SuspectedMistake};
-use super::base::{BaseModel, explains};
+use super::base::{BaseModel, CandidateFit, explains, of_file};
 use super::mistakes::Mistake;
+use super::rank::NEGLIGIBLE;
 use super::screening::{ENOUGH_FOR_MISTAKES, chosen};
 use crate::error::Error;
-use crate::fit::Fitter;
-use crate::fit::data::Data;
+use crate::fit::data::{Amplitudes, Data};
+use crate::fit::{Drawing, Effort, Fitter};
 use crate::grade::Rigid;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::{Reading, SortedRun};
@@ -19,6 +20,8 @@ use crate::units::figure;
 
 /// Trials of a size between two that were tried already.
 const TRIALS: u64 = 6;
+/// Sizes of a mistake that are fitted on after a glance at all.
+const FOLLOWED: usize = 2;
 /// Mistakes whose size is refined.
 const REFINED: usize = 6;
 /// Mistakes that are fitted to the end, with the drawing's errors.
@@ -52,10 +55,51 @@ struct Files<'a, 'b> {
     /// A part of many readings, for the search.
     part: Vec<Reading>,
     noise: &'b Noise,
-    /// What the search of the model as it is costs on that part.
-    cost: f64,
-    /// How much less it costs without any added unbalance.
+    search: MistakeSearch,
+    /// How much less the search costs without any added unbalance.
     without_weights: f64,
+}
+
+/// The model as it is, on a part of the readings.
+struct MistakeSearch {
+    /// What the drawing's errors amount to around it. A mistake changes that little, so that it is taken for all.
+    drawing: Drawing,
+    amplitudes: Amplitudes,
+    cost: f64,
+}
+
+impl MistakeSearch {
+    fn of(fitter: &Fitter) -> Result<Self, Error> {
+        let (hypothesis, starts) = of_file(fitter)?;
+        let exact = fitter.exact_drawing();
+        let rough = fitter.fit(&hypothesis, &starts, &exact, Effort::Rough, Some(&fitter.still()))?;
+        let drawing = fitter.around_the_stated(&hypothesis, &rough)?;
+        let start = [rough.x];
+        let fit = fitter.fit(&hypothesis, &start, &drawing, Effort::Rough, Some(&rough.amplitudes))?;
+        let cost = fitter.cost_under_own_scatter(&fit, &drawing);
+        Ok(Self { drawing, amplitudes: fit.amplitudes, cost })
+    }
+
+    /// How much less the model of a file costs than the one as it is, and where, search coordinates: from there, or from the usual
+    /// starts.
+    fn gain(&self, fitter: &Fitter, from: Option<&[f64]>, effort: Effort) -> Option<(f64, Vec<f64>)> {
+        let (hypothesis, starts) = of_file(fitter).ok()?;
+        let starts = from.map_or_else(|| starts.to_vec(), |x| vec![x.to_vec()]);
+        let drawing = self.drawing.of_another();
+        let fit = fitter.fit(&hypothesis, &starts, &drawing, effort, Some(&self.amplitudes)).ok()?;
+        // a glance is only to see from where to go on: its own scatter could only lower the cost
+        let cost =
+            if effort == Effort::Glance { fit.cost } else { fitter.cost_under_own_scatter(&fit, &drawing) };
+        Some((self.cost - cost, fit.x))
+    }
+
+    /// The gain by an effect, from where a fit to all readings has it; nothing where it cannot be had.
+    fn gain_by(&self, fitter: &Fitter, base: &BaseModel, effect: &CandidateFit) -> f64 {
+        let with = base.hypothesis.with(effect.placed);
+        let start = [effect.fit.x.clone()];
+        let fit = fitter.fit(&with, &start, &self.drawing, Effort::Rough, Some(&self.amplitudes));
+        fit.map_or(f64::NEG_INFINITY, |fit| self.cost - fitter.cost_under_own_scatter(&fit, &self.drawing))
+    }
 }
 
 impl MistakeComparison {
@@ -63,23 +107,31 @@ impl MistakeComparison {
         Self { fits: Vec::new(), possible: 0 }
     }
 
-    /// Fits the files without each mistake that could have been made.
+    /// Fits the files without each mistake that could have been made, but for those that are beyond doubt less probable than an effect.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn beside(base: &BaseModel, readings: &[Reading], noise: &Noise) -> Result<Self, Error> {
+    pub fn beside(
+        base: &BaseModel,
+        effect: Option<&CandidateFit>,
+        readings: &[Reading],
+        noise: &Noise,
+    ) -> Result<Self, Error> {
         let rotor = base.fitter.rotor;
         let part = part_of(readings);
         let as_it_is = Fitter::new(rotor, Data::new(rotor, noise, &part));
-        let cost = BaseModel::search_cost(&as_it_is)?;
+        let search = MistakeSearch::of(&as_it_is)?;
+        let explaining = effect.filter(|t| t.is_settled && explains(&t.drawing(base).scatter(), base));
+        let by_effect = explaining.map_or(f64::NEG_INFINITY, |t| search.gain_by(&as_it_is, base, t));
+        let least_gain = (by_effect + 2.0 * NEGLIGIBLE.ln()).max(0.0);
         let mut unloaded = rotor.clone();
         unloaded.run.iter_mut().for_each(|run| run.added_unbalance.clear());
         let without = Fitter::new(&unloaded, Data::new(&unloaded, noise, &part));
         let without_weights = match unloaded == *rotor {
             true => 0.0,
-            false => cost - BaseModel::search_cost(&without)?,
+            false => search.gain(&without, None, Effort::Rough).map_or(0.0, |(gain, _)| gain),
         };
-        let files = Files { base, readings, part, noise, cost, without_weights };
+        let files = Files { base, readings, part, noise, search, without_weights };
         let all = Mistake::possible(rotor);
         let possible = all.len();
         let progress = &base.fitter.progress;
@@ -90,11 +142,11 @@ impl MistakeComparison {
             SoughtMistake { mistake, sizes }
         };
         let mut sought: Vec<SoughtMistake> = all.into_par_iter().map(look).collect();
-        sought.sort_by(|a, b| b.best().1.total_cmp(&a.best().1));
+        sought.sort_by(|a, b| b.best_gain().total_cmp(&a.best_gain()));
         sought.truncate(REFINED);
         let mut refined: Vec<(Mistake, f64, f64)> =
             sought.into_par_iter().map(|sought| files.refined(sought)).collect();
-        refined.retain(|(.., gain)| *gain > 0.0);
+        refined.retain(|(.., gain)| *gain > least_gain);
         refined.sort_by(|a, b| b.2.total_cmp(&a.2));
         refined.truncate(SETTLED);
         let settled = |(mistake, by, _)| files.settled(mistake, by);
@@ -113,64 +165,80 @@ fn part_of(readings: &[Reading]) -> Vec<Reading> {
     chosen(&runs, ENOUGH_FOR_MISTAKES).iter().map(|k| readings[*k].clone()).collect()
 }
 
-/// A mistake at the sizes that were tried, each with what is gained without it, in order.
+/// A mistake at the sizes that were tried, in order.
 struct SoughtMistake {
     mistake: Mistake,
-    sizes: Vec<(f64, f64)>,
+    sizes: Vec<TriedSize>,
+}
+
+/// A size of a mistake, what is gained without it, and where.
+struct TriedSize {
+    by: f64,
+    gain: f64,
+    x: Vec<f64>,
 }
 
 impl SoughtMistake {
     /// Number of the best size.
     fn number(&self) -> usize {
-        let gain = |k: &usize| self.sizes[*k].1;
+        let gain = |k: &usize| self.sizes[*k].gain;
         (0..self.sizes.len()).max_by(|a, b| gain(a).total_cmp(&gain(b))).unwrap_or(0)
     }
 
-    fn best(&self) -> (f64, f64) {
-        self.sizes.get(self.number()).copied().unwrap_or((0.0, f64::NEG_INFINITY))
+    fn best_gain(&self) -> f64 {
+        self.sizes.get(self.number()).map_or(f64::NEG_INFINITY, |best| best.gain)
     }
 }
 
 impl Files<'_, '_> {
-    /// How much less the search costs without a mistake of this size; nothing where no machine can be like that.
-    fn gain(&self, mistake: &Mistake, by: f64) -> Option<f64> {
+    /// How much less the search costs without a mistake of this size, and where; nothing where no machine can be like that.
+    fn gain(&self, mistake: &Mistake, by: f64, from: Option<&[f64]>, effort: Effort) -> Option<TriedSize> {
         let (rotor, readings) = mistake.undone(self.base.fitter.rotor, &self.part, by)?;
         let fitter = Fitter::new(&rotor, Data::new(&rotor, self.noise, &readings));
-        Some(self.cost - BaseModel::search_cost(&fitter).ok()?)
+        let (gain, x) = self.search.gain(&fitter, from, effort)?;
+        Some(TriedSize { by, gain, x })
     }
 
-    /// What is gained at each size to try; a mistake of no size gains nothing.
-    fn at_sizes(&self, mistake: &Mistake) -> Vec<(f64, f64)> {
+    /// What is gained at each size to try, the best of them fitted on from a glance at all; a mistake of no size gains nothing.
+    fn at_sizes(&self, mistake: &Mistake) -> Vec<TriedSize> {
         let sizes = mistake.sizes(self.base.fitter.rotor);
         if sizes.is_empty() {
-            let gain = self.gain(mistake, 0.0).map(|gain| (0.0, gain));
+            let tried = self.gain(mistake, 0.0, None, Effort::Rough);
             // weights that the data do not show at all say nothing of a unit
-            let is_shown = |(_, gain): &(f64, f64)| {
+            let is_shown = |tried: &TriedSize| {
                 !matches!(mistake, Mistake::AmplitudeUnit(_))
-                    || *gain > self.without_weights - 2.0 * RIVAL.ln()
+                    || tried.gain > self.without_weights - 2.0 * RIVAL.ln()
             };
-            return gain.filter(is_shown).into_iter().collect();
+            return tried.filter(is_shown).into_iter().collect();
         }
-        let gain = |by: &f64| Some((*by, self.gain(mistake, *by)?));
-        let mut tried: Vec<(f64, f64)> = sizes.iter().filter_map(gain).chain([(0.0, 0.0)]).collect();
-        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let glance = |by: &f64| self.gain(mistake, *by, None, Effort::Glance);
+        let mut tried: Vec<TriedSize> = sizes.iter().filter_map(glance).collect();
+        tried.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        for best in tried.iter_mut().take(FOLLOWED) {
+            if let Some(further) = self.gain(mistake, best.by, Some(&best.x), Effort::Rough) {
+                *best = further;
+            }
+        }
+        tried.push(TriedSize { by: 0.0, gain: 0.0, x: Vec::new() });
+        tried.sort_by(|a, b| a.by.total_cmp(&b.by));
         tried
     }
 
     /// A mistake at the size that fits best, and what is gained without it.
     fn refined(&self, sought: SoughtMistake) -> (Mistake, f64, f64) {
-        let (k, (by, gain)) = (sought.number(), sought.best());
+        let k = sought.number();
         let SoughtMistake { mistake, sizes } = sought;
-        if sizes.len() < 2 || by == 0.0 {
-            return (mistake, by, if sizes.len() < 2 { gain } else { f64::NEG_INFINITY });
+        let Some(TriedSize { by, gain, x }) = sizes.get(k) else { return (mistake, 0.0, f64::NEG_INFINITY) };
+        if sizes.len() < 2 || *by == 0.0 {
+            return (mistake, *by, if sizes.len() < 2 { *gain } else { f64::NEG_INFINITY });
         }
-        let (least, most) = (sizes[k.saturating_sub(1)].0, sizes[(k + 1).min(sizes.len() - 1)].0);
-        let found = Executor::new(Between { files: self, mistake: &mistake }, BrentOpt::new(least, most))
+        let (least, most) = (sizes[k.saturating_sub(1)].by, sizes[(k + 1).min(sizes.len() - 1)].by);
+        let found = Executor::new(Between { files: self, mistake: &mistake, x }, BrentOpt::new(least, most))
             .configure(|state| state.max_iters(TRIALS))
             .run()
             .ok()
             .and_then(|found| Some((*found.state.get_best_param()?, -found.state.get_best_cost())));
-        let (by, gain) = found.filter(|(_, other)| *other > gain).unwrap_or((by, gain));
+        let (by, gain) = found.filter(|(_, other)| other > gain).unwrap_or((*by, *gain));
         (mistake, by, gain)
     }
 
@@ -193,10 +261,11 @@ impl Files<'_, '_> {
     }
 }
 
-/// The cost of a mistake by its size.
+/// The cost of a mistake by its size, sought from one fit.
 struct Between<'f, 'a, 'b> {
     files: &'f Files<'a, 'b>,
     mistake: &'f Mistake,
+    x: &'f [f64],
 }
 
 impl CostFunction for Between<'_, '_, '_> {
@@ -204,7 +273,8 @@ impl CostFunction for Between<'_, '_, '_> {
     type Output = f64;
 
     fn cost(&self, by: &f64) -> Result<f64, argmin::core::Error> {
-        Ok(self.files.gain(self.mistake, *by).map_or(f64::MAX, |gain| -gain))
+        let tried = self.files.gain(self.mistake, *by, Some(self.x), Effort::Rough);
+        Ok(tried.map_or(f64::MAX, |tried| -tried.gain))
     }
 }
 

@@ -134,11 +134,7 @@ fn children<'b, 'a>(
 ) -> Vec<Child<'b, 'a>> {
     let allowed = |t: &&CandidateFit| t.disqualified.is_none();
     let mut children: Vec<Child> = match parents {
-        [(base, all)] => all
-            .iter()
-            .filter(allowed)
-            .map(|t| (start.fitter.evidence(&start.fit, &t.fit), *base, t))
-            .collect(),
+        [(base, all)] => all.iter().filter(allowed).map(|t| (t.evidence, *base, t)).collect(),
         // of most of them only what they are worth in the search is known
         _ => (parents.iter())
             .map(|(base, all)| (base.sought_over(start), base, all))

@@ -105,18 +105,33 @@ pub struct Drawing {
     /// Deviations in standard deviations.
     deviation: DVector<f64>,
     /// The correlated noise that scatter and other deviations amount to.
-    whitening: Whitening,
+    whitening: Arc<Whitening>,
     plants: [OnceLock<Result<Arc<ModalShaft>, Error>>; SHAFT_KINDS],
 }
 
 impl Drawing {
     fn new(deviation: DVector<f64>, whitening: Whitening) -> Self {
-        Self { deviation, whitening, plants: Default::default() }
+        Self { deviation, whitening: Arc::new(whitening), plants: Default::default() }
     }
 
     /// The same drawing with another noise.
     fn under(&self, whitening: Whitening) -> Self {
-        Self { deviation: self.deviation.clone(), whitening, plants: self.plants.clone() }
+        Self {
+            deviation: self.deviation.clone(),
+            whitening: Arc::new(whitening),
+            plants: self.plants.clone(),
+        }
+    }
+
+    /// Once more.
+    pub fn as_it_is(&self) -> Self {
+        Self { plants: self.plants.clone(), ..self.of_another() }
+    }
+
+    /// What it allows for, for another machine with as many dimensions and measured values.
+    pub fn of_another(&self) -> Self {
+        let (deviation, whitening) = (self.deviation.clone(), self.whitening.clone());
+        Self { deviation, whitening, plants: Default::default() }
     }
 
     /// The scatter that fits on it go by.
@@ -129,6 +144,8 @@ impl Drawing {
 pub enum Effort {
     /// Bearings and effects as the start has them: only what is linear is solved for.
     Linear,
+    /// The first short runs from every start, and the best of their ends: to see from where to go on.
+    Glance,
     /// Like `Search`, with the search ended early and the amplitudes at supports that depend on them only roughly settled: to
     /// see which effects are worth a closer look.
     Rough,
@@ -304,13 +321,13 @@ impl<'a> Fitter<'a> {
             amplitudes = self.reaching_disks(hypothesis, &starts[0], plant.clone(), amplitudes)?;
         }
         let (rounds_at_most, settled_within, end) = match effort {
-            Effort::Linear => (0, 1.0, STAY),
+            Effort::Linear | Effort::Glance => (0, 1.0, STAY),
             Effort::Rough => (ROUGH_ROUNDS, 1.0, ROUGH),
             Effort::Search | Effort::Final => (AMPLITUDE_ROUNDS, 1e-3, FINISH),
         };
-        let until_settled = if effort == Effort::Linear { STAY } else { SCOUT };
+        let until_settled = if rounds_at_most == 0 { STAY } else { SCOUT };
         let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening);
-        scout(&mut problem, starts);
+        scout(&mut problem, starts, if effort == Effort::Glance { starts::GLANCE } else { starts::ALL });
         let mut relaxation = Relaxation::steady(AMPLITUDE_WEIGHT);
         let mut last_cost = f64::INFINITY;
         let mut rounds = 0;

@@ -212,7 +212,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The response as a linear system in the linear unknowns, weighted by the noise: columns and target.
-    fn linear_system(&self, terms: &Terms, responses: &Responses) -> (DMatrix<f64>, DVector<f64>) {
+    pub(super) fn linear_system(&self, terms: &Terms, responses: &Responses) -> (DMatrix<f64>, DVector<f64>) {
         let (count, width) = (self.data.count(), self.unknowns.len());
         let probes = terms.gains.len();
         let mut columns = DMatrix::zeros(2 * count, 2 * width);

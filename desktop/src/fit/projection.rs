@@ -26,23 +26,25 @@ impl LinearSolution {
     /// Solves for the unknowns; `None` if they cannot be told apart at all.
     pub fn new(columns: DMatrix<f64>, target: DVector<f64>, whitening: &Whitening) -> Option<Self> {
         if whitening.is_plain() {
-            let normal = ridged_normal(&columns)?;
-            let solution = normal.solve(&columns.tr_mul(&target));
-            let weighted = target - &columns * &solution;
-            return Some(Self {
-                unknowns: pairs(&solution),
-                left: weighted.clone(),
-                weighted,
-                columns,
-                normal,
-            });
+            return Self::of_white(columns, target);
         }
         let (white, white_target) = whitening.apply_with(&columns, &target);
-        let normal = ridged_normal(&white)?;
-        let solution = normal.solve(&white.tr_mul(&white_target));
+        let (solution, normal) = solved(&white, &white_target)?;
         let left = target - columns * &solution;
         let weighted = white_target - &white * &solution;
         Some(Self { unknowns: pairs(&solution), weighted, left, columns: white, normal })
+    }
+
+    /// The same of a system whose noise is white and of unit size.
+    pub fn of_white(columns: DMatrix<f64>, target: DVector<f64>) -> Option<Self> {
+        let (solution, normal) = solved(&columns, &target)?;
+        let weighted = target - &columns * &solution;
+        Some(Self { unknowns: pairs(&solution), left: weighted.clone(), weighted, columns, normal })
+    }
+
+    /// Real and imaginary part of each unknown in turn.
+    pub fn flat(&self) -> DVector<f64> {
+        DVector::from_iterator(2 * self.unknowns.len(), self.unknowns.iter().flat_map(|u| [u.re, u.im]))
     }
 
     /// Model at every value, m.
@@ -60,6 +62,11 @@ impl LinearSolution {
 
 fn pairs(flat: &DVector<f64>) -> Vec<C> {
     flat.as_slice().chunks(2).map(|pair| C::new(pair[0], pair[1])).collect()
+}
+
+fn solved(columns: &DMatrix<f64>, target: &DVector<f64>) -> Option<(DVector<f64>, Cholesky<f64, Dyn>)> {
+    let normal = ridged_normal(columns)?;
+    Some((normal.solve(&columns.tr_mul(target)), normal))
 }
 
 /// Cholesky factor of the normal matrix with a whiff of ridge, so that two columns that the data cannot

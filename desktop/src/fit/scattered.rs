@@ -40,9 +40,15 @@ impl Fitter<'_> {
 
     /// [`Fit::cost`] as it would be under the most probable scatter of its residuals, bearings and effects as they are.
     pub fn cost_under_own_scatter(&self, fit: &Fit, drawing: &Drawing) -> f64 {
+        self.own_scatter(fit, drawing).1
+    }
+
+    /// The most probable scatter of the residuals of a fit, and [`Fit::cost`] as it would be under it, bearings and effects as they are.
+    pub fn own_scatter(&self, fit: &Fit, drawing: &Drawing) -> (Scatter, f64) {
         let prior = fit.cost - fit.chi2 - drawing.whitening.cost();
         let about = self.about(&drawing.whitening, fit);
-        prior + about.most_probable_scatter(&fit.weighted, fit.unknown_count()).1
+        let (scatter, cost) = about.most_probable_scatter(&fit.weighted, fit.unknown_count());
+        (scatter, prior + cost)
     }
 
     /// Noise whose scatter between runs is of what this fit predicts.

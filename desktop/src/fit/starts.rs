@@ -11,18 +11,26 @@ const FOLLOWED: usize = 2;
 /// Strengths of an effect at the starts of its search, relative to the usual strength.
 const STRENGTHS: [f64; 2] = [1.0, 0.1];
 
-/// Moves a problem to the best end of short runs from these starts. The less promising half of them is given up after each run, as
-/// most cost far more than the best one after a few steps.
-pub fn scout(problem: &mut Problem, starts: &[Vec<f64>]) {
+/// Runs of a first look.
+pub const GLANCE: usize = 2;
+pub const ALL: usize = SCOUTS.len();
+
+/// Moves a problem to the best end of the first so many short runs from these starts. The less promising half of them is given up after
+/// each run, as most cost far more than the best one after a few steps.
+pub fn scout(problem: &mut Problem, starts: &[Vec<f64>], runs: usize) {
     if let [start] = starts {
         return problem.go_to(start);
     }
+    let (last, earlier) = (SCOUTS[runs - 1], &SCOUTS[..runs - 1]);
     let mut left = starts.to_vec();
-    for run in SCOUTS {
-        left = ends(problem, &left, run);
-        left.truncate(left.len().div_ceil(2).max(FOLLOWED));
+    for run in earlier {
+        // a run after which none is given up tells nothing that the next does not
+        if left.len() > FOLLOWED {
+            left = ends(problem, &left, *run);
+            left.truncate(left.len().div_ceil(2).max(FOLLOWED));
+        }
     }
-    if let Some(best) = left.first() {
+    if let Some(best) = ends(problem, &left, last).first() {
         problem.go_to(best);
     }
 }

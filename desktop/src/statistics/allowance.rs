@@ -24,11 +24,21 @@ impl Allowance {
             let eigen = hermitian(transposed_product(&jacobian, &jacobian));
             (eigen.eigenvalues.map(|v| v.max(0.0)), eigen.eigenvectors)
         };
-        let shrink = values.map(|v| if v > 1e-9 { (1.0 - (1.0 + v).sqrt().recip()) / v } else { 0.5 });
+        let shrink = values.map(shrink);
         let mut root = jacobian * &vectors;
         root.column_iter_mut().zip(&shrink).for_each(|(mut column, s)| column *= s.sqrt());
         let transposed = root.transpose();
         Self { values, vectors, shrink, root, transposed }
+    }
+
+    /// For errors of another standard deviation.
+    pub fn of_size(&self, size: f64) -> Self {
+        let values = &self.values * size.powi(2);
+        let shrunk = values.map(shrink);
+        let mut root = self.root.clone();
+        let factors = shrunk.iter().zip(&self.shrink).map(|(new, old)| size * (new / old).sqrt());
+        root.column_iter_mut().zip(factors).for_each(|(mut column, factor)| column *= factor);
+        Self { vectors: self.vectors.clone(), transposed: root.transpose(), values, shrink: shrunk, root }
     }
 
     /// Whether nothing is allowed for.
@@ -74,6 +84,11 @@ impl Allowance {
     }
 }
 
+/// s of `(1 + v)^(−1/2) = 1 − s v`.
+fn shrink(v: f64) -> f64 {
+    if v > 1e-9 { (1.0 - (1.0 + v).sqrt().recip()) / v } else { 0.5 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,6 +102,23 @@ mod tests {
         allowance.whiten(&mut root);
         assert!((&root * &covariance * &root - DMatrix::identity(10, 10)).amax() < 1e-12);
         assert!((allowance.log_det() - covariance.determinant().ln()).abs() < 1e-10);
+    }
+
+    #[test]
+    fn errors_of_another_size_are_those_of_a_jacobian_of_that_size() {
+        let jacobian = DMatrix::from_fn(10, 3, |i, j| ((i * 3 + j * 7) as f64).sin());
+        let residual = DMatrix::from_fn(10, 1, |i, _| (i as f64).cos());
+        let (scaled, direct) =
+            (Allowance::new(jacobian.clone()).of_size(0.3), Allowance::new(0.3 * jacobian));
+        let whitened = |by: &Allowance| {
+            let mut white = residual.clone();
+            by.whiten(&mut white);
+            white
+        };
+        assert!((whitened(&scaled) - whitened(&direct)).amax() < 1e-12);
+        let residual = residual.column(0).into_owned();
+        assert!((scaled.estimate(&residual) - direct.estimate(&residual)).amax() < 1e-12);
+        assert!((scaled.log_det() - direct.log_det()).abs() < 1e-12);
     }
 
     #[test]

@@ -9,7 +9,7 @@
 //! | `contradiction` | stated numbers that data contradict |
 //! | [`scale`], [`convergence`] | search coordinates; when Markov chains have met |
 
-mod allowance;
+pub(crate) mod allowance;
 pub mod between_runs;
 pub(crate) mod contradiction;
 pub mod convergence;

@@ -201,8 +201,7 @@ impl Whitening {
     /// residuals of the drawing at `centre`: their squares over how many of them the data determine (MacKay 1992).
     pub fn growth(&self, residual: &DVector<f64>, count: usize) -> f64 {
         let deviations = self.estimate(residual);
-        let squares = deviations.rows(deviations.len() - count, count).norm_squared();
-        (squares / self.determined(count).max(f64::MIN_POSITIVE)).sqrt().clamp(0.1, 10.0)
+        growth(deviations.rows(deviations.len() - count, count).norm_squared(), self.determined(count))
     }
 
     /// How many of the last `count` deviations the data determine rather than their prior.
@@ -259,6 +258,11 @@ impl Whitening {
         };
         least + of_deviations
     }
+}
+
+/// Factor on the standard deviation of errors by which it would fit them better: their squares over how many of them the data determine.
+pub fn growth(squares: f64, determined: f64) -> f64 {
+    (squares / determined.max(f64::MIN_POSITIVE)).sqrt().clamp(0.1, 10.0)
 }
 
 #[cfg(test)]

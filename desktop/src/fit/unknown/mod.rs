@@ -9,12 +9,12 @@
 
 mod assumption;
 mod functions;
+mod screening;
 
 use nalgebra::{Complex, DVector};
-use rayon::prelude::*;
 
 use super::hypothesis::Hypothesis;
-use super::{Drawing, Effort, Fit, Fitter, ShaftKind, singular};
+use super::{Drawing, Effort, Fit, Fitter, singular};
 use crate::error::Error;
 use crate::machine::tolerance::Deviations;
 use crate::statistics::scatter::Scatter;
@@ -26,8 +26,6 @@ type C = Complex<f64>;
 
 /// Rounds over size, noise and fit.
 const ROUNDS: usize = 5;
-/// Rounds over size and noise alone.
-const SCREENING_ROUNDS: usize = 4;
 
 /// An unknown cause found beside a hypothesis.
 #[derive(Debug, Clone)]
@@ -46,41 +44,6 @@ pub struct UnknownFit {
 }
 
 impl Fitter<'_> {
-    /// What a hypothesis with each of these unknown causes beside it would cost, bearings and effects as a fit has
-    /// them.
-    ///
-    /// # Errors
-    /// If the machine is singular at the fit.
-    pub fn screened(
-        &self,
-        hypothesis: &Hypothesis,
-        fit: &Fit,
-        drawing: &Drawing,
-        assumptions: &[Assumption],
-    ) -> Result<Vec<f64>, Error> {
-        let all = self.shown(hypothesis, fit, drawing, assumptions)?;
-        let plant = self.plant_of(drawing, &ShaftKind::of(&hypothesis.terms(&fit.x)))?;
-        let cost = |AssumptionResponse { response, .. }: &AssumptionResponse| {
-            let mut size = first_size(fit, response);
-            let mut noise = self.about(&drawing.whitening, fit).scattered(Scatter::STATED);
-            let mut least = f64::INFINITY;
-            for round in 0..SCREENING_ROUNDS {
-                let with = noise.with(&(response * size));
-                let mut problem = self.problem(hypothesis, plant.clone(), Some(&fit.amplitudes), &with);
-                problem.go_to(&fit.x);
-                let left = &problem.solved().ok_or_else(singular)?.left;
-                least = least.min(problem.cost() + with.cost());
-                size *= with.growth(left, response.ncols());
-                // the force first, or the noise takes all
-                if round >= SCREENING_ROUNDS / 2 {
-                    noise = noise.scattered(with.most_probable_scatter(left, fit.unknown_count()).0);
-                }
-            }
-            Ok(least)
-        };
-        all.par_iter().map(cost).collect()
-    }
-
     /// Fits a hypothesis with an unknown cause beside it.
     ///
     /// # Errors
