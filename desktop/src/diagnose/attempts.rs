@@ -5,16 +5,18 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::base::{BaseModel, CandidateFit, explains};
-use super::rank::NEGLIGIBLE;
 use super::screening::Screening;
 use crate::effects::Place;
 use crate::error::Error;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::{Effort, Fit, starts_for};
 use crate::statistics::scatter::Scatter;
+use crate::statistics::significance::NEGLIGIBLE;
 
 /// Candidates whose drawing errors are settled together with them.
 const REFINED: usize = 10;
+/// Further candidates, which the search around the drawing as stated passes over.
+const REFINED_ON_OWN_DRAWING: usize = 5;
 /// Candidates beside a set of effects that are fitted to all of many readings.
 const LIKELY: usize = 16;
 
@@ -74,14 +76,16 @@ impl BaseModel<'_> {
     /// Candidates with the best of them refined, strongest evidence first.
     fn refined(&self, mut tried: Vec<CandidateFit>) -> Result<Vec<CandidateFit>, Error> {
         strongest_first(&mut tried);
-        let many = REFINED.min(tried.len());
+        let mut many = REFINED.min(tried.len());
         self.fitter.progress.plan(many);
-        let noise: Result<Vec<Scatter>, Error> =
-            tried[..many].par_iter_mut().map(|t| self.take_own_drawing(t)).collect();
-        let best = tried[..many].iter().zip(noise?).max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
-        // where none explains the data, noise that takes the rest for its own can change all of them by as much
-        let least =
-            best.filter(|(_, noise)| explains(noise, self)).map(|(t, _)| t.evidence + 2.0 * NEGLIGIBLE.ln());
+        let mut least = self.on_own_drawings(&mut tried[..many])?;
+        if least.is_none_or(|least| least < 0.0) {
+            let further = self.likely_on_own_drawing(&mut tried[many..]);
+            self.fitter.progress.plan(further);
+            let of_further = self.on_own_drawings(&mut tried[many..many + further])?;
+            least = least.into_iter().chain(of_further).reduce(f64::max);
+            many += further;
+        }
         tried[..many].par_iter_mut().try_for_each(|t| {
             // the evidence of one that is beyond doubt less probable need not be exact
             if least.is_none_or(|least| t.evidence > least) {
@@ -97,6 +101,50 @@ impl BaseModel<'_> {
         rest.into_iter().for_each(|t| t.evidence = t.evidence.min(least));
         strongest_first(&mut tried);
         Ok(tried)
+    }
+
+    /// Settles the drawing's errors together with each of these candidates. If the best of them explains the data, the evidence below which
+    /// another is beyond doubt less probable; where none explains them, noise that takes the rest for its own can change all by as much.
+    fn on_own_drawings(&self, tried: &mut [CandidateFit]) -> Result<Option<f64>, Error> {
+        let noise: Result<Vec<Scatter>, Error> =
+            tried.par_iter_mut().map(|t| self.take_own_drawing(t)).collect();
+        let best = tried.iter().zip(noise?).max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
+        Ok(best.filter(|(_, noise)| explains(noise, self)).map(|(t, _)| t.evidence + 2.0 * NEGLIGIBLE.ln()))
+    }
+
+    /// Where the model fits far better on a drawing of its own than around the stated one, the search around the stated one can miss
+    /// what only shows on a drawing like that. Candidates are then sought on it too; the best come first, and with it, and are counted.
+    fn likely_on_own_drawing(&self, tried: &mut [CandidateFit]) -> usize {
+        let stated = self.fitter.cost_under_own_scatter(&self.search.1, &self.search.0);
+        if self.fitter.drawing_is_exact() || stated - self.fit.cost < -2.0 * NEGLIGIBLE.ln() {
+            return 0;
+        }
+        let count = self.hypothesis.bearings.count();
+        let seek = |t: &CandidateFit| -> Option<(Fit, f64)> {
+            // one of a run hardly moves the bearings, and shows on any drawing
+            if matches!(t.placed.place, Place::Run(_)) {
+                return None;
+            }
+            let start = [&self.fit.x[..count], &t.fit.x[count..]].concat();
+            let with = self.hypothesis.with(t.placed);
+            let amplitudes = Some(&self.fit.amplitudes);
+            let fit = self.fitter.fit(&with, &[start], &self.drawing, Effort::Rough, amplitudes).ok()?;
+            let evidence = self.fitter.evidence(&self.fit, &fit);
+            Some((fit, evidence))
+        };
+        let sought: Vec<Option<(Fit, f64)>> = tried.par_iter().map(seek).collect();
+        let evidence = |k: &usize| sought[*k].as_ref().map_or(f64::NEG_INFINITY, |(_, evidence)| *evidence);
+        let mut order: Vec<usize> = (0..tried.len()).filter(|k| evidence(k) > 0.0).collect();
+        order.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+        order.truncate(REFINED_ON_OWN_DRAWING);
+        let likely = order.len();
+        for k in &order {
+            if let Some((fit, _)) = &sought[*k] {
+                (tried[*k].fit, tried[*k].own_drawing) = (fit.clone(), Some(self.drawing.clone()));
+            }
+        }
+        tried.sort_by_key(|t| t.own_drawing.is_none());
+        likely
     }
 
     /// An effect fits at least as well as its special case. An effect that fits worse, or that is not settled while its special case
@@ -203,7 +251,7 @@ impl BaseModel<'_> {
             let amplitudes = Some(&t.fit.amplitudes);
             (self.fitter.fit(&with, &start, &drawing, Effort::Search, amplitudes)?, drawing)
         } else {
-            self.fitter.on_common_optimum(&with, &t.fit, &self.search.0, Effort::Search)?
+            self.fitter.on_common_optimum(&with, &t.fit, t.drawing(self), Effort::Search)?
         };
         let (noise, cost) = self.fitter.own_scatter(&fit, &own);
         // of no size at all, an effect costs nothing

@@ -9,7 +9,7 @@ use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
 use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
-use super::rank::{NEGLIGIBLE, Ranking};
+use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
 use super::sweep::Sweep;
 use super::unknown::UnknownCauseFit;
@@ -23,6 +23,7 @@ use crate::fit::progress::ProgressListener;
 use crate::fit::{Fit, Fitter};
 use crate::machine::drawing::{Noise, Rotor, Tolerance};
 use crate::measurement::Reading;
+use crate::statistics::significance::NEGLIGIBLE;
 
 /// That nothing is missing, before there are data.
 const PRIOR: f64 = 0.5;

@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use super::answer::{RIVAL, SuspectedMistake};
 use super::base::{BaseModel, CandidateFit, explains, of_file};
 use super::mistakes::Mistake;
-use super::rank::NEGLIGIBLE;
 use super::screening::{ENOUGH_FOR_MISTAKES, chosen};
 use crate::error::Error;
 use crate::fit::data::{Amplitudes, Data};
@@ -16,6 +15,7 @@ use crate::fit::{Drawing, Effort, Fitter};
 use crate::grade::Rigid;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::{Reading, SortedRun};
+use crate::statistics::significance::NEGLIGIBLE;
 use crate::units::figure;
 
 /// Trials of a size between two that were tried already.

@@ -19,8 +19,6 @@ pub const OUTSIDE: f64 = 0.1;
 const MISTAKEN: f64 = 0.1;
 /// Evidence, either way, from which on the data show an effect without parameters: twice the logarithm of the odds of [`SURE`].
 pub const SHOWN: f64 = 5.991_464_547_107_98;
-/// A probability below which nobody asks for its size.
-pub const NEGLIGIBLE: f64 = 1e-6;
 /// Label of a cause outside the list in a group that the data cannot tell apart.
 pub const NONE_OF_THESE: &str = "none of these";
 

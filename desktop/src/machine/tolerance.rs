@@ -43,6 +43,18 @@ impl Deviation {
         all
     }
 
+    /// As much of a deviation as leaves what stands on the shaft between its ends.
+    fn on_the_shaft(self, rotor: &Rotor, by: f64) -> f64 {
+        let position_m = match self {
+            Self::DiskPosition(i) => rotor.disk[i].position_m,
+            Self::BearingPosition(i) => rotor.bearing[i].position_m,
+            Self::ProbePosition(i) => rotor.probe[i].position_m,
+            Self::PlanePosition(i) => rotor.plane[i].position_m,
+            _ => return by,
+        };
+        (position_m + by).clamp(0.0, rotor.length_m()) - position_m
+    }
+
     /// As `[tolerance.found]` calls it.
     pub fn name(self, rotor: &Rotor) -> String {
         match self {
@@ -236,7 +248,7 @@ impl Deviations {
     pub fn build_into(&self, rotor: &mut Rotor, t: &DVector<f64>) {
         let mut tolerance = Tolerance::holding(rotor);
         for ((kind, sd), t) in self.kinds.iter().zip(t.iter()) {
-            let by = sd * t;
+            let by = kind.on_the_shaft(rotor, sd * t);
             kind.change(rotor, 1.0 + by, by);
             tolerance.found.insert(kind.name(rotor), by);
         }
@@ -264,6 +276,18 @@ mod tests {
         let mut rotor = Rotor { tolerance: None, ..uniform_shaft() };
         rotor.shaft[0].length_m = 0.1;
         assert!((Tolerance::holding(&rotor).position_m - 3e-4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_stands_at_the_end_of_the_shaft_stays_on_it() {
+        let mut drawn = Rotor { tolerance: None, ..uniform_shaft() };
+        drawn.bearing[0].position_m = 0.0;
+        let deviations = Deviations::of(&drawn);
+        let mut built = drawn.clone();
+        deviations.build_into(&mut built, &DVector::from_element(deviations.len(), -1.0));
+        assert_eq!(built.bearing[0].position_m, 0.0);
+        assert!(built.probe[0].position_m < drawn.probe[0].position_m);
+        assert!((built.as_stated().bearing[0].position_m - drawn.bearing[0].position_m).abs() < 1e-15);
     }
 
     #[test]

@@ -17,6 +17,9 @@ pub const SURE: f64 = 0.05;
 /// A rival with less than this share of the best one's probability is ruled out.
 pub const RIVAL: f64 = 0.05;
 
+/// An explanation with less than this share of the best one's probability is not settled: nobody asks how much less it is.
+pub const NEGLIGIBLE: f64 = 1e-6;
+
 /// A probability in percent; beyond 0.1 and 99.9 % only its side is stated.
 ///
 /// ```
