@@ -15,6 +15,8 @@ use super::unit::TimeUnit;
 pub const DAY_US: i64 = 86_400_000_000;
 /// Numbers that are seconds since 1970 and nothing else: 1973 to 2128; milliseconds are a thousand times that.
 const EPOCH_S: std::ops::Range<f64> = 1e8..5e9;
+/// The same where a unit is stated, which may be of elapsed time: no record is longer than 31 years.
+const STATED_EPOCH_S: f64 = 1e9;
 /// Days since 1899-12-30 from 1954 to 2119.
 const EXCEL_D: std::ops::Range<f64> = 20_000.0..80_000.0;
 
@@ -29,8 +31,8 @@ pub enum DateOrder {
 /// Behind a moment whose zone nobody stated.
 const LOCAL: &str = " local time";
 
-/// No moment of any unit is a larger number.
-const LARGEST: f64 = 1e15;
+/// Days from the year 1 to 9999: no time is further from its start.
+const LARGEST_D: f64 = 3_652_059.0;
 
 /// A moment of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,34 +113,34 @@ impl FromStr for Moment {
     }
 }
 
+/// The unit in which a number is a time since 1970, by its size.
+pub fn epoch_unit(value: f64) -> Option<TimeUnit> {
+    TimeUnit::EPOCHS.into_iter().find(|unit| EPOCH_S.contains(&(value * unit.seconds())))
+}
+
 /// The moment that a number is; nothing if the number alone does not say.
 pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Moment> {
-    let unit = unit.or(match () {
-        () if EPOCH_S.contains(&value) => Some(TimeUnit::EpochSeconds),
-        () if EPOCH_S.contains(&(value / 1e3)) => Some(TimeUnit::EpochMilliseconds),
-        () if is_date && EXCEL_D.contains(&value) => Some(TimeUnit::Excel),
-        () => None,
-    })?;
-    if value.abs() > LARGEST {
+    let by_size = epoch_unit(value);
+    let unit = match unit {
+        None => by_size.or((is_date && EXCEL_D.contains(&value)).then_some(TimeUnit::Excel))?,
+        // "unix" alone says no unit
+        Some(stated) if stated.is_epoch() => by_size.unwrap_or(stated),
+        // "ms" of an epoch is the epoch's
+        Some(stated) => {
+            let is_same = |epoch: &TimeUnit| {
+                epoch.per_day() == stated.per_day() && value * epoch.seconds() >= STATED_EPOCH_S
+            };
+            by_size.filter(is_same).unwrap_or(stated)
+        }
+    };
+    let days = value / unit.per_day();
+    if !(-LARGEST_D..=LARGEST_D).contains(&days) {
         return None;
     }
     let whole_us = |seconds: f64| (seconds * 1e6).round() as i64;
     Some(match unit {
-        // "ms" of an epoch is the epoch's
-        TimeUnit::Milliseconds if EPOCH_S.contains(&(value / 1e3)) => Moment::Zoned(whole_us(value / 1e3)),
-        TimeUnit::Microseconds if EPOCH_S.contains(&(value / 1e6)) => Moment::Zoned(value.round() as i64),
-        TimeUnit::Nanoseconds if EPOCH_S.contains(&(value / 1e9)) => {
-            Moment::Zoned((value / 1e3).round() as i64)
-        }
-        TimeUnit::Nanoseconds
-        | TimeUnit::Microseconds
-        | TimeUnit::Milliseconds
-        | TimeUnit::Seconds
-        | TimeUnit::Minutes
-        | TimeUnit::Hours
-        | TimeUnit::Days => Moment::Elapsed(value / unit.per_day()),
-        TimeUnit::EpochSeconds => Moment::Zoned(whole_us(value)),
-        TimeUnit::EpochMilliseconds => Moment::Zoned(whole_us(value / 1e3)),
+        // the quotient of two whole numbers is rounded once, a product with 1e-3 twice
+        unit if unit.is_epoch() => Moment::Zoned(whole_us(value / (unit.per_day() / SECONDS_A_DAY))),
         // a double holds a date of today to a microsecond
         TimeUnit::Excel => {
             if (0.0..1.0).contains(&value) {
@@ -147,6 +149,7 @@ pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Mo
             let zero = Date::constant(1899, 12, 30).at(0, 0, 0, 0).to_zoned(TimeZone::UTC).ok()?;
             Moment::Local(zero.timestamp().as_microsecond() + whole_us(value * SECONDS_A_DAY))
         }
+        _ => Moment::Elapsed(days),
     })
 }
 
@@ -356,10 +359,27 @@ mod tests {
         }
         let serial = of_number(45_356.604_340_277_78, Some(TimeUnit::Excel), false).unwrap();
         assert_eq!(serial.calendar().unwrap(), "2024-03-05T14:30:15 local time");
-        for (number, unit) in [(1_709_649_015.0, None), (1_709_649_015_000.0, None)] {
-            assert_eq!(of_number(number, unit, false).unwrap().calendar().unwrap(), "2024-03-05T14:30:15Z");
-        }
         assert_eq!(of_number(45356.6, None, false), None, "elapsed seconds, or a date");
+    }
+
+    #[test]
+    fn epochs_of_every_unit_are_told_by_their_size() {
+        let elapsed =
+            [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
+        for ((epoch, elapsed), times) in TimeUnit::EPOCHS.into_iter().zip(elapsed).zip([1.0, 1e3, 1e6, 1e9]) {
+            let number = 1_709_649_015.0 * times;
+            for unit in [None, Some(epoch), Some(TimeUnit::EpochSeconds), Some(elapsed)] {
+                let moment = of_number(number, unit, false).unwrap();
+                assert_eq!(moment.calendar().unwrap(), "2024-03-05T14:30:15Z", "{number} {unit:?}");
+            }
+            let twenty_years = of_number(6.3e8 * times, Some(elapsed), false).unwrap();
+            assert_eq!(twenty_years, Moment::Elapsed(6.3e8 * times / elapsed.per_day()), "{elapsed:?}");
+        }
+        let early = of_number(1e6, Some(TimeUnit::EpochSeconds), false).unwrap();
+        assert_eq!(early.calendar().unwrap(), "1970-01-12T13:46:40Z");
+        for (number, unit) in [(5e16, None), (5e20, None), (1e13, Some(TimeUnit::Hours)), (f64::NAN, None)] {
+            assert_eq!(of_number(number, unit, false), None, "{number} {unit:?}");
+        }
     }
 
     #[test]

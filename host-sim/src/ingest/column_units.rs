@@ -81,6 +81,8 @@ impl fmt::Display for ColumnUnits {
             TimeUnit::Excel => "excel",
             TimeUnit::EpochSeconds => "epoch_s",
             TimeUnit::EpochMilliseconds => "epoch_ms",
+            TimeUnit::EpochMicroseconds => "epoch_us",
+            TimeUnit::EpochNanoseconds => "epoch_ns",
         });
         let condition = self.condition.map(|unit| unit.symbol);
         let words = [length, detection, angle, sense, speed, time, condition];

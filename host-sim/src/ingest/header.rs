@@ -111,9 +111,7 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
         ColumnUnits { length: Some(_), .. } | ColumnUnits { detection: Some(_), .. } => {
             Some(Quantity::Amplitude)
         }
-        ColumnUnits { time: Some(TimeUnit::EpochSeconds | TimeUnit::EpochMilliseconds), .. } => {
-            Some(Quantity::Time)
-        }
+        ColumnUnits { time: Some(unit), .. } if unit.is_epoch() => Some(Quantity::Time),
         _ if has(Word::Derivative) || has(Word::YAxis) => Some(Quantity::Amplitude),
         _ if has(Word::XAxis) => Some(Quantity::Time),
         _ => None,

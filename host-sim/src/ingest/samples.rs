@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use anyhow::{Result, bail};
 
+use super::calendar::epoch_unit;
 use super::header::{ChannelRole, channel_role, meaning};
 use super::sample_times::rate;
 use super::sampling_preamble::SamplingPreamble;
@@ -225,7 +226,9 @@ impl Waveform {
         // times of another length are those of something else
         let time = time.filter(|(_, _, times)| rate_hz.is_none() && times.samples.len() == length);
         let rate = time.map(|(_, unit, times)| {
-            let unit_s = unit.map_or(1.0, TimeUnit::seconds);
+            let first = (times.samples.len() > 0).then(|| times.samples.at(0));
+            let by_size = first.filter(|_| unit.is_none_or(TimeUnit::is_epoch)).and_then(epoch_unit);
+            let unit_s = by_size.or(unit).map_or(1.0, TimeUnit::seconds);
             let times_s: Vec<f64> = (0..times.samples.len()).map(|n| unit_s * times.samples.at(n)).collect();
             rate(file, &times.header, &times_s)
         });

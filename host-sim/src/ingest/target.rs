@@ -176,6 +176,7 @@ mod tests {
             "amplitude:mil 0p",
             "speed:rad/s",
             "time:epoch_ms",
+            "time:epoch_ns",
             "left",
             "P1:gap:V",
             "oil_temperature:condition:degC",

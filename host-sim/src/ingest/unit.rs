@@ -289,13 +289,23 @@ pub enum TimeUnit {
     /// Since 1970, UTC.
     EpochSeconds,
     EpochMilliseconds,
+    EpochMicroseconds,
+    EpochNanoseconds,
 }
 
 impl TimeUnit {
+    /// Units of times since 1970.
+    pub const EPOCHS: [Self; 4] =
+        [Self::EpochSeconds, Self::EpochMilliseconds, Self::EpochMicroseconds, Self::EpochNanoseconds];
+
+    pub fn is_epoch(self) -> bool {
+        Self::EPOCHS.contains(&self)
+    }
+
     pub fn per_day(self) -> f64 {
         match self {
-            Self::Nanoseconds => 1e9 * SECONDS_A_DAY,
-            Self::Microseconds => 1e6 * SECONDS_A_DAY,
+            Self::Nanoseconds | Self::EpochNanoseconds => 1e9 * SECONDS_A_DAY,
+            Self::Microseconds | Self::EpochMicroseconds => 1e6 * SECONDS_A_DAY,
             Self::Milliseconds | Self::EpochMilliseconds => 1e3 * SECONDS_A_DAY,
             Self::Seconds | Self::EpochSeconds => SECONDS_A_DAY,
             Self::Minutes => 1440.0,

@@ -134,6 +134,8 @@ fn unit(lower: &str) -> Option<Word> {
         "excel" => Word::TimeUnit(TimeUnit::Excel),
         "epoch" | "unix" | "epoch_s" => Word::TimeUnit(TimeUnit::EpochSeconds),
         "epoch_ms" => Word::TimeUnit(TimeUnit::EpochMilliseconds),
+        "epoch_us" => Word::TimeUnit(TimeUnit::EpochMicroseconds),
+        "epoch_ns" => Word::TimeUnit(TimeUnit::EpochNanoseconds),
         "um_per_s" => Word::Unit(Unit::MicrometrePerSecond),
         "mm_per_s" => Word::Unit(Unit::MillimetrePerSecond),
         "mil_per_s" => Word::Unit(Unit::MilPerSecond),

@@ -14,6 +14,9 @@ use crate::ingest::words::{Part, Word, parts};
 /// Words of headers under which a number such as 45356.6 is a date of a spreadsheet.
 const OF_DATES: [&str; 6] = ["date", "datum", "timestamp", "zeitstempel", "datetime", "fecha"];
 
+/// Digits of a time in seconds since 1970.
+const DIGITS_OF_SECONDS: usize = 10;
+
 /// Reads rows of one table as its plan says.
 pub struct Cells<'a> {
     pub table: &'a ReadingTable<'a>,
@@ -101,6 +104,12 @@ impl Cells<'_> {
 
     fn which_time(&self, place: &str, x: f64, column: &Column) -> String {
         let name = &column.header;
+        if column.target.stated.time.is_some() {
+            let unit = column.target.stated;
+            return format!(
+                "{place}: {x} {unit} is more than 10,000 years, expected --column \"{name}=time:UNIT\" with another unit"
+            );
+        }
         format!(
             "{place}: {x} is a number without a unit of time, expected --column \"{name}=time:s\", time:ms, time:us, time:d, time:excel or the like"
         )
@@ -116,6 +125,12 @@ impl Cells<'_> {
             let Some(moment) = self.of_number(x, column) else {
                 bail!("{}", self.which_time(&place(), x, column))
             };
+            if matches!(moment, Moment::Zoned(_)) && is_rounded(text) {
+                bail!(
+                    "{}: \"{text}\" is a time since 1970 without its seconds, expected all of its digits: format the column as a whole number before the export",
+                    place()
+                );
+            }
             return Ok(moment);
         }
         match calendar::of_text(text, self.plan.dates) {
@@ -127,6 +142,12 @@ impl Cells<'_> {
             ParsedMoment::Nothing => bail!("{}: \"{text}\" is not a time", place()),
         }
     }
+}
+
+/// Whether a time since 1970 was written with an exponent and fewer digits than its seconds have, as spreadsheets do.
+fn is_rounded(text: &str) -> bool {
+    let mantissa = text.split_once(['e', 'E']).map(|(mantissa, _)| mantissa);
+    mantissa.is_some_and(|digits| digits.bytes().filter(u8::is_ascii_digit).count() < DIGITS_OF_SECONDS)
 }
 
 fn is_words_of_units(text: &str) -> bool {
