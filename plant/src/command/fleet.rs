@@ -51,7 +51,7 @@ enum Action {
         #[command(flatten)]
         asked: Asked,
         /// Static unbalance at which something has to be done, g·mm
-        #[arg(long)]
+        #[arg(long, allow_negative_numbers = true)]
         limit: Option<f64>,
     },
     /// Ask which physical effect is missing in each model
@@ -65,7 +65,7 @@ enum Action {
         /// PLANT, PLANT/BUS or PLANT/BUS/NODE, several times if need be [default: every machine with a better model]
         only: Vec<String>,
         /// Try each for so many seconds and keep it only if its residual is no worse
-        #[arg(long, value_name = "SECONDS")]
+        #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
         trial: Option<f64>,
     },
     /// Which machines changed, what is missing in each model, which models to deploy
@@ -134,16 +134,24 @@ pub fn machine(arguments: &MachineArguments) -> Result<()> {
     Ok(())
 }
 
+fn positive(option: &str, stated: Option<f64>) -> Result<Option<f64>> {
+    match stated.filter(|value| !(*value > 0.0 && value.is_finite())) {
+        Some(value) => bail!("{option} {value}: expected a positive number"),
+        None => Ok(stated),
+    }
+}
+
 /// Asks, lists or cancels.
 pub fn fleet(arguments: &Fleet) -> Result<()> {
     match &arguments.action {
         Action::Track { asked, method } => enqueue(FleetCommand::Track, Some(method), asked),
         Action::Forecast { asked, limit } => {
-            enqueue(FleetCommand::Forecast, limit.map(|limit| limit.to_string()).as_deref(), asked)
+            let limit = positive("--limit", *limit)?.map(|limit| limit.to_string());
+            enqueue(FleetCommand::Forecast, limit.as_deref(), asked)
         }
         Action::Diagnose(asked) => enqueue(FleetCommand::Diagnose, None, asked),
         Action::Improve(asked) => enqueue(FleetCommand::Improve, None, asked),
-        Action::Deploy { store, only, trial } => deploy(store, only, *trial),
+        Action::Deploy { store, only, trial } => deploy(store, only, positive("--trial", *trial)?),
         Action::Summary { store, days, json } => summarize(store, *days, *json),
         Action::Share { store, server, access } => share(store, server, access),
         Action::Status { store, json } => status(&list(opened(store)?.connection())?, *json),

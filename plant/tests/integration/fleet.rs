@@ -51,6 +51,10 @@ fn what_cannot_be_asked_or_done_is_one_sentence() {
     assert!(refusal(&["machine", path, "north/hall1/1", &plant.at("data.csv")]).contains("data.csv"));
     assert!(refusal(&["fleet", "track", path, "south"]).contains("no machine is chosen"));
     assert!(refusal(&["fleet", "deploy", path, "north"]).contains("no better model of it was found"));
+    for [command, option, value] in [["forecast", "--limit", "-1"], ["deploy", "--trial", "0"]] {
+        let said = refusal(&["fleet", command, path, option, value]);
+        assert!(said.contains(&format!("{option} {value}: expected a positive number")), "{said}");
+    }
     let said = refusal(&["fleet", "share", path, "--with", path]);
     assert!(said.contains("expected nats://"), "{said}");
     let lonely = ["worker", path, "--bus", "hall1=slcan:127.0.0.1:1", "--keys", "none"];
