@@ -302,8 +302,9 @@ impl RowFit {
         let closed = ratio * size * largest / weights.unit.scale();
         (is_even && ratio.is_finite() && (closed / found - 1.0).abs() > 0.01).then(|| {
             format!(
-                "The closed form of the four-run method gives {ratio:.2} times the trial weight ({closed:.0} {}); least squares of all \
-                 amplitudes gives {:.2} times, and misses them by {:.1} %.",
+                "The closed form of the four-run method gives {ratio:.2} times the trial weight ({closed:.0} {}). The weight above is the \
+                 least-squares one, {:.2} times: the four amplitudes contradict each other by {:.1} %, and the closed form trusts the \
+                 small difference of their squares.",
                 weights.unit.symbol,
                 found * weights.unit.scale() / (size * largest),
                 100.0 * self.misfit(&self.found[0])
@@ -401,6 +402,50 @@ mod tests {
         assert!(why.contains("two different weights fit the amplitudes of P alike"), "{why}");
         let why = solved(&[0.0], C::from(2000.0)).unwrap_err().to_string();
         assert!(why.contains("three runs with a trial weight in each plane"), "{why}");
+    }
+
+    /// Weight over the trial weight where three equal ones sit at thirds of a turn: `V₀ / √(mean Vₖ² − V₀²)`, and against the
+    /// direction of `Σ Vₖ² e^{iθₖ}`.
+    fn closed_form(base: f64, with: [f64; 3]) -> C {
+        let squares = with.map(|v| v * v);
+        let effect = (squares.iter().sum::<f64>() / 3.0 - base * base).sqrt();
+        let third = |k: usize| C::from_polar(squares[k], std::f64::consts::TAU * k as f64 / 3.0);
+        let direction: C = (0..3).map(third).sum();
+        -C::from_polar(base / effect, direction.arg())
+    }
+
+    #[test]
+    fn least_squares_equals_closed_form_and_scatters_less() {
+        let table = "run,plane,magnitude_g_mm,angle_deg\na,A,900,0\nb,A,900,120\nc,A,900,240\n";
+        let weights = Weights::parse("w.csv", table, false).unwrap();
+        let request = CorrectionRequest { same_speed: 0.01, ..CorrectionRequest::default() };
+        let fitted = |base: f64, [a, b, c]: [f64; 3]| {
+            let machine =
+                machine(&series(&[("base", base), ("a", a), ("b", b), ("c", c)]), &weights, &request);
+            let row = &machine.unwrap().coefficients[0];
+            -row.before / row.per_weight[0] / 900.0
+        };
+        let exact = |effect: C| {
+            let with = |k: usize| {
+                (C::from(150.0) + effect * C::from_polar(1.0, std::f64::consts::TAU * k as f64 / 3.0)).norm()
+            };
+            [0, 1, 2].map(with)
+        };
+        let mut squares = [0.0; 2];
+        for k in 0..16_u32 {
+            let effect = C::from_polar(57.0, 0.4 * f64::from(k));
+            let (with, truth) = (exact(effect), -C::from(150.0) / effect);
+            for found in [fitted(150.0, with), closed_form(150.0, with)] {
+                assert!((found / truth - 1.0).norm() < 1e-6, "{found} {truth}");
+            }
+            // amplitudes that are 1 % off, each pattern of signs once
+            let off = |bit: u32| 1.0 + if k >> bit & 1 == 1 { 0.01 } else { -0.01 };
+            let (base, with) = (150.0 * off(3), [with[0] * off(0), with[1] * off(1), with[2] * off(2)]);
+            for (sum, found) in squares.iter_mut().zip([fitted(base, with), closed_form(base, with)]) {
+                *sum += (found / truth - 1.0).norm_sqr();
+            }
+        }
+        assert!(squares[0] < 0.25 * squares[1], "{squares:?}");
     }
 
     #[test]
