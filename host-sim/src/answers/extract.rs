@@ -61,6 +61,9 @@ pub struct ExtractedKeyphasor {
     pub extra_marks: usize,
     /// Marks that did not come and were put in between those beside them.
     pub filled_marks: usize,
+    /// Marks in all, those put in included.
+    #[serde(skip)]
+    pub marks: usize,
     /// Whether a curve was laid through marks that are known to one sample only.
     pub smoothed: bool,
     #[serde(skip)]
@@ -152,6 +155,7 @@ impl ExtractedFileAnswer {
                 missing_teeth: of.marks.missing_teeth,
                 extra_marks: of.marks.extra,
                 filled_marks: of.marks.filled,
+                marks: of.marks.in_all,
                 smoothed: of.marks.is_smoothed,
                 is_after_gap: of.marks.is_after_gap,
                 reference_lost_s: of.marks.reference_lost_s,

@@ -88,11 +88,17 @@ fn of_marks(keyphasor: &ExtractedKeyphasor, settings: &Settings) -> Vec<String> 
         (keyphasor.missing_teeth, "teeth are missing in every turn"),
         (keyphasor.missed_pulses, "pulses of the tacho did not come"),
         (keyphasor.extra_marks, "marks came again within a turn and were left out"),
-        (keyphasor.filled_marks, "marks did not come and were put in between their neighbours"),
     ];
     lines.extend(
         told.iter().filter(|(number, _)| *number > 0).map(|(number, what)| format!("{number} {what}")),
     );
+    if keyphasor.filled_marks > 0 {
+        let (filled, in_all) = (keyphasor.filled_marks, keyphasor.marks);
+        let percent = (100.0 * filled as f64 / in_all as f64).max(1.0);
+        lines.push(format!(
+            "{filled} of {in_all} marks ({percent:.0} %) were missing and were put in between their neighbours"
+        ));
+    }
     if let Some(at_s) = keyphasor.reference_lost_s {
         lines.push(format!("at {at_s:.3} s the tacho had paused for a turn: phases are unknown from there on, and no reading was taken"));
     }

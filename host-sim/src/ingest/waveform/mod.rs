@@ -7,7 +7,7 @@
 //! | `counts` | numbers as counts of a 16-bit converter, and where they are clipped |
 //! | `reference` | where turns begin: by the keyphasor, or by samples that follow the shaft's angle |
 //! | `pulses` | where the keyphasor's channel passes its threshold |
-//! | `train`, `wheel` | what is too many and what is missing in once-a-turn marks, and in pulses of a wheel |
+//! | `train`, `bridge`, `wheel` | what is too many and what is missing in once-a-turn marks, and in pulses of a wheel |
 //! | `smooth` | marks that are known to one sample |
 //! | `mark`, `marks` | the keyphasor's marks, one a turn |
 //! | `windows` | the core's [`Extractor`](rotor_edge_core::extraction::Extractor), four probes at a time |
@@ -16,6 +16,7 @@
 //! | `suborder` | a doubt whether there is one mark a turn |
 //! | `orders` | spectra by order, and 2x vectors |
 
+mod bridge;
 mod channels;
 mod counts;
 mod mark;
@@ -42,6 +43,7 @@ use super::sampled;
 use super::unit::Unit;
 use channels::Assignment;
 use counts::ConvertedChannels;
+use marks::Marks;
 use orders::{AngularSamples, FEWEST_TURNS, Spectrum};
 use reference::Referenced;
 use settings::Settings;
@@ -100,6 +102,8 @@ pub struct MarksAccount {
     pub extra: usize,
     /// Marks that did not come and were put in between those beside them.
     pub filled: usize,
+    /// Marks in all, those put in included.
+    pub in_all: usize,
     /// Whether a curve was laid through marks that are known to one sample only.
     pub is_smoothed: bool,
     /// When it was no longer known which pulse of the turn is which, s.
@@ -182,7 +186,7 @@ fn of_file(
     })?;
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
-    let drifted = vectors::drifted(&windows);
+    let drifted = vectors::drifted(&windows, &marks.all);
     let begins_s = begins_s - found.lead_s;
     let recorded =
         RecordingContext { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
@@ -191,7 +195,7 @@ fn of_file(
     let seconds = |sample: usize| sample as f64 / rate_hz;
     let turning = AngularSamples { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
     let doubts = match &found.key {
-        Some((_, key)) => doubts(&format!("{file}: channel {key}"), &turning, marks.gap_every)?,
+        Some((_, key)) => doubts(&format!("{file}: channel {key}"), &turning, marks)?,
         None => Vec::new(),
     };
     if readings.is_empty() {
@@ -229,6 +233,7 @@ fn of_file(
             is_after_gap: marks.is_after_gap,
             extra: marks.extra,
             filled: marks.filled,
+            in_all: marks.all.len(),
             is_smoothed: marks.is_smoothed,
             reference_lost_s: marks.reference_lost.map(seconds),
         },
@@ -236,9 +241,15 @@ fn of_file(
 }
 
 /// Why there may be more than one mark a turn, unless the owner states how many there are.
-fn doubts(place: &str, turning: &AngularSamples, gap_every: Option<usize>) -> Result<Vec<String>> {
+fn doubts(place: &str, turning: &AngularSamples, marks: &Marks) -> Result<Vec<String>> {
     let stated = turning.settings.keyphasor.pulses;
-    match suborder::strongest(turning, gap_every).filter(|_| stated.is_none()) {
+    let (filled, in_all) = (marks.filled, marks.all.len());
+    match suborder::strongest(turning, marks.gap_every).filter(|_| stated.is_none()) {
+        Some(found) if found.is_rather_1x() && filled > 0 => bail!(
+            "{place}: {filled} of {in_all} marks seem to be missing, but {found}, expected --pulses {}, or --pulses 1 if \
+             marks are missing",
+            found.marks
+        ),
         Some(found) if found.is_rather_1x() => {
             bail!("{place}: {found}, expected --pulses {}, or --pulses 1 if there is one", found.marks)
         }

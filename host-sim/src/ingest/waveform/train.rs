@@ -1,13 +1,14 @@
 //! Marks of a keyphasor that has one a turn: what is too many, what is missing, what repeats.
 
+use super::bridge::bridged;
 use super::mark::Mark;
 
 /// Intervals that differ by less are alike, relative to their mean.
-const ALIKE: f64 = 0.1;
+pub const ALIKE: f64 = 0.1;
 /// A mark that is missing or too many shifts nothing by more than this part of a turn.
-const OFF_BEAT: f64 = 0.15;
+pub const OFF_BEAT: f64 = 0.15;
 /// Turns without a mark that are filled in, at most.
-const LONGEST_FILL: usize = 4;
+pub const LONGEST_FILL: usize = 4;
 /// So many gaps at equal distances are a wheel's, or one pulse's that fails in each of its turns.
 const FEWEST_GAPS: usize = 3;
 /// Intervals repeat if what differs is less than this part of the time, and a third of what differs one interval on.
@@ -23,19 +24,27 @@ pub fn intervals(marks: &[Mark]) -> Vec<f64> {
 }
 
 /// A mark between two samples may be known to one sample only, and so may the length between two.
-const SAMPLE: f64 = 1.0 + 1e-6;
+pub const SAMPLE: f64 = 1.0 + 1e-6;
 
 fn is_alike(a: f64, b: f64) -> bool {
     (a - b).abs() <= (ALIKE * 0.5 * (a + b)).max(SAMPLE)
 }
 
+/// Whether an interval is as long as one beside it.
+fn is_regular(intervals: &[f64], i: usize) -> bool {
+    let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|at| intervals.get(at));
+    { beside }.any(|other| is_alike(intervals[i], *other))
+}
+
+/// Turns that are unlike both beside them, which a change of speed does not do.
+pub fn uneven_turns(marks: &[Mark]) -> usize {
+    let all = intervals(marks);
+    (0..all.len()).filter(|i| !is_regular(&all, *i)).count()
+}
+
 /// The part of the time that intervals take that are as long as one beside them.
 pub fn regular_share(intervals: &[f64]) -> f64 {
-    let is_regular = |i: usize| {
-        let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|at| intervals.get(at));
-        { beside }.any(|other| is_alike(intervals[i], *other))
-    };
-    let regular: f64 = (0..intervals.len()).filter(|i| is_regular(*i)).map(|i| intervals[i]).sum();
+    let regular: f64 = (0..intervals.len()).filter(|i| is_regular(intervals, *i)).map(|i| intervals[i]).sum();
     let all: f64 = intervals.iter().sum();
     if all > 0.0 { regular / all } else { 0.0 }
 }
@@ -142,7 +151,13 @@ pub struct UnequalMarks {
 /// Marks between stretches of alike turns are put right where the stretches agree on the turn's length; others stay.
 pub fn repaired(pulses: &[Mark]) -> Repaired {
     let all = intervals(pulses);
-    if let Some(period) = several(&all) {
+    let period = several(&all);
+    if period.is_none_or(|period| longest(&all, period).1 < 1.0 - SECOND_TRIGGER)
+        && let Some(bridged) = bridged(pulses, &all, period.is_some())
+    {
+        return bridged;
+    }
+    if let Some(period) = period {
         return unequal(pulses, &all, period);
     }
     let (pulses, cut) = without_ends(pulses);
@@ -230,13 +245,13 @@ fn odd_stretch(all: &[f64], i: usize, before: f64) -> Option<(usize, usize, f64)
     None
 }
 
-fn mark_at(at: f64) -> Mark {
+pub fn mark_at(at: f64) -> Mark {
     let sample = at.ceil();
     Mark { sample: sample as usize, age: (sample - at) as f32 }
 }
 
 /// The distance of places that are equally far from one another, each a run of neighbours.
-fn equal_steps(places: &[usize]) -> Option<usize> {
+pub fn equal_steps(places: &[usize]) -> Option<usize> {
     let starts: Vec<usize> =
         (0..places.len()).filter(|i| *i == 0 || places[*i] != places[i - 1] + 1).map(|i| places[i]).collect();
     let mut steps = starts.windows(2).map(|pair| pair[1] - pair[0]);
@@ -322,6 +337,12 @@ mod tests {
 
     #[test]
     fn gaps_at_equal_distances_are_told() {
+        for every in [3, 4, 10] {
+            let shown: Vec<f64> = (0..70).filter(|k| k % every != 1).map(|k| 100.0 * f64::from(k)).collect();
+            let repaired = repaired(&at(&shown));
+            assert_eq!(repaired.gap_every, Some(every as usize));
+            assert!(repaired.unequal.is_none());
+        }
         let shown: Vec<f64> = (0..70).filter(|k| k % 7 != 3).map(|k| 100.0 * f64::from(k)).collect();
         let repaired = repaired(&at(&shown));
         assert_eq!((repaired.filled, repaired.gap_every), (10, Some(7)));

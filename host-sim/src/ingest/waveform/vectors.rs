@@ -7,7 +7,9 @@ use nalgebra::Complex;
 use rotor_edge_core::extraction::Outcome;
 use rotor_edge_desktop::measurement::Reading;
 
+use super::mark::Mark;
 use super::settings::Settings;
+use super::train::uneven_turns;
 use super::windows::{ProbeWindow, Window};
 
 /// Readings that are lost for one reason.
@@ -84,25 +86,35 @@ pub struct DriftedWindows {
     pub in_all: usize,
     /// The largest change in one of them, relative.
     pub largest: f64,
+    /// Turns that are unlike both beside them, and all.
+    pub uneven: [usize; 2],
 }
 
 /// Those that are lost for drift, if any.
-pub fn drifted(windows: &[Window]) -> Option<DriftedWindows> {
+pub fn drifted(windows: &[Window], marks: &[Mark]) -> Option<DriftedWindows> {
     let lost = windows.iter().filter(|w| w.outcome == Outcome::Drift);
     let changes: Vec<f64> = lost.map(|w| f64::from(w.drift.abs())).collect();
     let largest = changes.iter().copied().reduce(f64::max)?;
-    Some(DriftedWindows { windows: changes.len(), in_all: windows.len(), largest })
+    let uneven = [uneven_turns(marks), marks.len().saturating_sub(1)];
+    Some(DriftedWindows { windows: changes.len(), in_all: windows.len(), largest, uneven })
 }
 
 impl DriftedWindows {
     /// How many there are, and which option keeps them: a window of fewer turns changes less in proportion.
     pub fn advice(&self, revolutions: u16, largest_drift: f32) -> String {
+        let Self { windows, in_all, largest, uneven: [uneven, all_turns] } = self;
+        // a false or a missing pulse spoils the window that it is in, or two
+        if 2 * uneven >= *windows {
+            return format!(
+                "{uneven} of {all_turns} turns are unlike those beside them, so pulses are missing or false, and {windows} of {in_all} \
+                 windows are lost; expected another --threshold or --hold-off, or a keyphasor with a clear pulse in each turn"
+            );
+        }
         let turns = (f64::from(revolutions) * f64::from(largest_drift) / self.largest).floor();
         let option = match turns >= 2.0 {
             true => format!("--revolutions {turns}"),
             false => format!("--largest-drift {}", (1e3 * self.largest).ceil() / 1e3),
         };
-        let Self { windows, in_all, largest } = self;
         let percent = 100.0 * largest;
         format!(
             "the speed changed by up to {percent:.1} % within {windows} of {in_all} windows; {option} keeps them"

@@ -48,6 +48,46 @@ fn false_and_missing_marks_lose_no_reading() {
 }
 
 #[test]
+fn missing_marks_are_bridged_and_told_with_their_share() {
+    let folder = Folder::new();
+    // steep edges know a mark to a sample, whose error two marks beside a gap share
+    let recording = Recording::default();
+    let at_random = |turn: f64, one_in: f64| (1e4 * (turn + 1.0).sin()).rem_euclid(1.0) < 1.0 / one_in;
+    for (one_in, random) in
+        [(3.0, false), (4.0, false), (10.0, false), (3.0, true), (4.0, true), (10.0, true)]
+    {
+        let is_missing = |turn: f64| match random {
+            true => at_random(turn, one_in),
+            false => turn.rem_euclid(one_in) == 1.0,
+        };
+        let key = |t: f64| if is_missing(t.floor()) { 0.0 } else { pulse(t, 0.0, 0.03) };
+        let (answer, readings) = run(&folder, &file(&folder, &recording, key), &DC);
+        let filled = answer["files"][0]["keyphasor"]["filled_marks"].as_f64().unwrap();
+        let in_all = recording.turns(recording.samples()).floor();
+        assert!((filled / in_all * one_in - 1.0).abs() < 0.35, "one in {one_in}: {filled} of {in_all}");
+        assert_eq!(answer["lost"], 0, "{answer}");
+        assert_same_vectors(&readings, 10);
+    }
+    // of two in three missing nobody knows how long a turn is
+    let key = |t: f64| if at_random(t.floor(), 1.5) { 0.0 } else { pulse(t, 0.0, 0.03) };
+    let says = refused(&folder, &file(&folder, &recording, key), &DC);
+    assert_says(
+        &says,
+        &["turns are unlike those beside them", "pulses are missing or false", "a clear pulse in each turn"],
+    );
+    // one tooth of a wheel of three is not one mark in three that is missing
+    let wheel =
+        |t: f64| if (3.0 * t).floor().rem_euclid(3.0) == 1.0 { 0.0 } else { pulse(3.0 * t, 0.0, 0.1) };
+    let wheel = file(&folder, &recording, wheel);
+    let says = refused(&folder, &wheel, &DC);
+    assert_says(
+        &says,
+        &["marks seem to be missing", "1/3 of the marks' frequency", "--pulses 3", "--pulses 1"],
+    );
+    assert_same_vectors(&run(&folder, &wheel, &[&DC[..], &["--pulses", "3"]].concat()).1, 10);
+}
+
+#[test]
 fn several_marks_a_turn_are_refused_with_the_remedy() {
     let folder = Folder::new();
     let recording = Recording::default();
