@@ -99,7 +99,7 @@ class Measurement:
         return f"Measurement({len(self)} readings of {', '.join(self.probes)})"
 
     def _repr_html_(self) -> str:
-        slowest, fastest = self.speed_rpm.min(), self.speed_rpm.max()
+        slowest, fastest = np.nanmin(self.speed_rpm), np.nanmax(self.speed_rpm)
         pairs = [("readings", len(self)), ("probes", self.probes), ("speed_rpm", f"{slowest:g} to {fastest:g}")]
         gaps_v = self.gaps_v
         if gaps_v is not None and np.isfinite(gaps_v).any():

@@ -3,7 +3,8 @@
 //! Columns `run` (optional), `session` (optional), `time_d` (optional), `speed_rpm`, then `<probe>_cos_um` and
 //! `<probe>_sin_um` for every probe: zero-to-peak, `u(t) = cos · cos Ωt + sin · sin Ωt`, t = 0 at the
 //! keyphasor mark; and `<probe>_gap_v` (optional), the probe's mean voltage. Conditions of operation are columns whose names end with
-//! their units ([`ConditionUnit`]). An empty cell is a lost reading of that probe or condition.
+//! their units ([`ConditionUnit`]). An empty cell is a lost reading of that probe or condition; a row
+//! with neither a speed nor a probe is passed over.
 //! Lines before the header that begin with `#` are comments.
 
 mod condition;

@@ -52,6 +52,12 @@ pub struct ProbeRecord {
 }
 
 impl Columns {
+    /// Whether a row holds neither a speed nor a probe: of its time nothing else is known.
+    fn is_lost(&self, record: &csv::StringRecord) -> bool {
+        let cells = self.probes.iter().flatten().chain([&self.speed_rpm]);
+        { cells }.all(|column| record.get(*column).is_none_or(|cell| cell.trim().is_empty()))
+    }
+
     fn find(file: &str, headers: &csv::StringRecord, rotor: &Rotor, times: &[&str]) -> Result<Self, Error> {
         let names: Vec<&str> = rotor.probe.iter().map(|p| p.name.as_str()).collect();
         let unused: Vec<&str> = rotor.unused.iter().map(UnusedProbe::name).collect();
@@ -235,6 +241,9 @@ fn every_row(
     for record in reader.records() {
         let record = record.map_err(|e| ragged(file, comments, &e))?;
         let line = comments + record.position().map_or(0, csv::Position::line);
+        if columns.is_lost(&record) {
+            continue;
+        }
         let Some(reading) = row(file, line, &headers, &columns, &record, rules)? else {
             at_rest += 1;
             continue;

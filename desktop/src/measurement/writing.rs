@@ -133,7 +133,7 @@ fn write_numbers(
         if with_time {
             put(r.time_d, &shortest)?;
         }
-        put(Some(r.speed_rpm), &shortest)?;
+        put(Some(r.speed_rpm).filter(|rpm| !rpm.is_nan()), &shortest)?;
         for y in &r.probes {
             put(y.map(|y| y.re * 1e6), &um)?;
             put(y.map(|y| -y.im * 1e6), &um)?;

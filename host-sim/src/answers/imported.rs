@@ -10,6 +10,7 @@ use crate::ingest::calendar::{DateOrder, Moment};
 use crate::ingest::readings::ImportResult;
 use crate::ingest::readings::assign::UnusedColumn;
 use crate::ingest::readings::plan::Column;
+use crate::ingest::readings::skipped::RowCount;
 use crate::ingest::target::Quantity;
 
 /// Cosine and sine component, µm zero to peak.
@@ -100,6 +101,8 @@ pub struct SkippedRowsAnswer {
     pub other_machines: usize,
     pub other_points: usize,
     pub no_data: usize,
+    /// Of each kind the first row, and why it was left out.
+    pub first: Vec<String>,
 }
 
 impl ImportedRotorAnswer {
@@ -113,7 +116,6 @@ impl ImportAnswer {
     /// Of an import that is written to `measured`, if at all.
     pub fn of(imported: &ImportResult, measured: Option<PathBuf>) -> Self {
         let record = &imported.record;
-        let skipped = record.skipped;
         let tables = imported.plans.iter().enumerate();
         let columns = tables.clone().flat_map(|(table, (place, plan))| {
             plan.columns.iter().map(move |column| ImportedColumn::of(column, table, place))
@@ -133,13 +135,7 @@ impl ImportAnswer {
                 outliers: imported.marked.outliers,
             },
             turned: imported.turned,
-            skipped: SkippedRowsAnswer {
-                standstill: skipped.standstill,
-                without_speed: skipped.without_speed,
-                other_machines: skipped.other_machines,
-                other_points: skipped.other_points,
-                no_data: skipped.no_data,
-            },
+            skipped: SkippedRowsAnswer::of(imported),
             sorted: imported.sorted,
             start: imported.start.and_then(Moment::calendar),
             remarks: remarks(imported),
@@ -148,6 +144,34 @@ impl ImportAnswer {
             probes: record.probes.clone(),
         }
     }
+}
+
+impl SkippedRowsAnswer {
+    fn of(imported: &ImportResult) -> Self {
+        let skipped = imported.record.skipped;
+        let first = [
+            (skipped.standstill, "standstill"),
+            (skipped.without_speed, "no speed"),
+            (skipped.other_machines, "of another machine"),
+            (skipped.other_points, "of a point that is no probe of the rotor"),
+            (skipped.no_data, "a header again, or below the table"),
+        ];
+        let sentence = |(count, why): (RowCount, &str)| Some(format!("{}: {why}", place(imported, count)?));
+        Self {
+            standstill: skipped.standstill.rows,
+            without_speed: skipped.without_speed.rows,
+            other_machines: skipped.other_machines.rows,
+            other_points: skipped.other_points.rows,
+            no_data: skipped.no_data.rows,
+            first: first.into_iter().filter_map(sentence).collect(),
+        }
+    }
+}
+
+/// File, sheet and row of the first.
+fn place(imported: &ImportResult, count: RowCount) -> Option<String> {
+    let (table, row) = count.first?;
+    Some(format!("{}: row {row}", imported.plans[table as usize].0))
 }
 
 fn remarks(imported: &ImportResult) -> Vec<String> {
@@ -168,6 +192,11 @@ fn remarks(imported: &ImportResult) -> Vec<String> {
         all.push(format!(
             "{place}: row {row}: the clock was set back; times from there on are taken an hour later."
         ));
+    }
+    let timed_only = imported.record.timed_only;
+    if let Some(first) = place(imported, timed_only) {
+        let rows = timed_only.rows;
+        all.push(format!("{first}: there is no speed: the reading keeps its time, and its probes are empty ({rows} in all)."));
     }
     let joined = imported.joined;
     if joined.rows > 0 {

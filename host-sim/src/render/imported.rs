@@ -43,6 +43,9 @@ pub fn text(answer: &ImportAnswer) -> String {
     for (count, what) in counts(answer).into_iter().filter(|(count, _)| *count > 0) {
         let _ = writeln!(text, "  {count} {what}");
     }
+    for first in &answer.skipped.first {
+        let _ = writeln!(text, "  first row of its kind: {first}");
+    }
     for (name, [cos, sin]) in answer.probes.iter().zip(answer.runout_um.iter().flatten()) {
         let _ = writeln!(text, "Runout of {name} taken off: cos {cos:.3} µm 0-pk, sin {sin:.3} µm 0-pk.");
     }

@@ -63,6 +63,8 @@ class SkippedRows(Record):
     other_machines: int
     other_points: int
     no_data: int
+    first: tuple[str, ...]
+    """Of each kind the first row, and why it was left out."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

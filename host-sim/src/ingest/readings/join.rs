@@ -98,7 +98,9 @@ pub fn staggered(record: &mut Record) -> JoinedRows {
             let [a, b] = [record.samples[*place], record.samples[at]];
             a.run == b.run
                 && days[at] - days[*place] <= within_d
-                && (a.speed_rpm / b.speed_rpm - 1.0).abs() <= SAME_SPEED
+                && (a.speed_rpm.is_nan()
+                    || b.speed_rpm.is_nan()
+                    || (a.speed_rpm / b.speed_rpm - 1.0).abs() <= SAME_SPEED)
                 && record.holds(*place).iter().zip(record.holds(at)).all(|(a, b)| !(*a && *b))
         };
         match place.filter(is_near) {

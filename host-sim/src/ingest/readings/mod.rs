@@ -6,7 +6,7 @@
 //! | `mapping` | what the owner states, as a file or as options |
 //! | `times`, `date_order`, `join` | times that rows do not state in full, rows of one reading joined |
 //! | `status` | columns that say which values are valid |
-//! | `record`, `row`, `cells` | rows as readings |
+//! | `record`, `row`, `cells`, `skipped` | rows as readings, and those that are none |
 //! | `amplitudes` | tables without phase |
 //! | `repair` | stale values, outliers, a phase reference that was moved |
 //! | `written` | the readings as `measured.csv`, with the mapping as its header comment |
@@ -21,6 +21,7 @@ pub(crate) mod plan;
 pub(crate) mod record;
 pub(crate) mod repair;
 mod row;
+pub(crate) mod skipped;
 pub(crate) mod slow_roll;
 mod status;
 mod survey;
@@ -118,6 +119,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let times = times::complete(&mut record, &places)?;
     join::equal(&mut record);
     let joined = join::staggered(&mut record);
+    record.lose_without_speed();
     let Some(start) = record.samples.first().map(|sample| sample.when) else {
         bail!("{}: there is no reading below the header", plans[0].0);
     };

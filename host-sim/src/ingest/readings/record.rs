@@ -11,6 +11,7 @@ use super::cells::Cells;
 use super::mapping::Mapping;
 use super::plan::{Column, Plan};
 use super::row::{condition, gap_v, in_table, is_data, is_header, one_machine, phasor_um, speed_rpm};
+use super::skipped::{RowCount, SkippedRows, row_number};
 use crate::ingest::calendar::Moment;
 use crate::ingest::conditions;
 use crate::ingest::sheet::SheetRow;
@@ -32,18 +33,8 @@ pub struct SourcedReading {
     /// Which of the runs.
     pub run: Option<u32>,
     pub when: Option<Moment>,
+    /// Not a number where it was lost and the row has a time: then no probe has a value.
     pub speed_rpm: f64,
-}
-
-/// Rows that are no readings, and why.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct SkippedRows {
-    pub standstill: usize,
-    pub without_speed: usize,
-    pub other_machines: usize,
-    pub other_points: usize,
-    /// Headers that stand there again, and lines below the table.
-    pub no_data: usize,
 }
 
 /// Readings of all tables. What is of each probe stands in one row of numbers a reading, so that a million readings fit.
@@ -53,6 +44,8 @@ pub struct Record {
     pub runs: Vec<String>,
     pub samples: Vec<SourcedReading>,
     pub skipped: SkippedRows,
+    /// Readings of which only the time is known.
+    pub timed_only: RowCount,
     /// Cells that hold a number for "no measurement", such as -9999.
     pub no_measurement: usize,
     tables: u32,
@@ -130,8 +123,22 @@ impl Record {
         self.condition_values = picked(&self.condition_values, order, self.conditions.len());
     }
 
+    /// Takes the values off readings whose speed no row of their time states.
+    pub fn lose_without_speed(&mut self) {
+        for at in 0..self.samples.len() {
+            let SourcedReading { table, row, speed_rpm, .. } = self.samples[at];
+            if speed_rpm.is_nan() {
+                (0..self.probes.len()).for_each(|p| self.set(at, p, None));
+                self.timed_only.add(table, row as usize);
+            }
+        }
+    }
+
     /// Puts what a reading holds of probes into another one.
     pub fn join(&mut self, into: usize, from: usize) {
+        let speed_rpm = self.samples[from].speed_rpm;
+        let known = &mut self.samples[into].speed_rpm;
+        *known = if known.is_nan() { speed_rpm } else { *known };
         let count = self.conditions.len();
         for c in 0..count {
             let value = self.condition_values[from * count + c];
@@ -228,7 +235,7 @@ impl Record {
         table.rows.each(|row| {
             match last_data {
                 _ if row.is_blank() => {}
-                Some(last) if row.number > last => self.skipped.no_data += 1,
+                Some(last) if row.number > last => self.skipped.no_data.add(self.tables, row.number),
                 Some(_) => self.row(&of_rows, mapping, row)?,
                 None if is_data(&of_rows.cells, row) => {
                     for row in waiting.drain(..) {
@@ -242,14 +249,14 @@ impl Record {
                 let last = *last_data.insert(of_rows.last_data()?);
                 for row in waiting.drain(..) {
                     match row.number > last {
-                        true => self.skipped.no_data += 1,
+                        true => self.skipped.no_data.add(self.tables, row.number),
                         false => self.row(&of_rows, mapping, &row)?,
                     }
                 }
             }
             Ok(ControlFlow::Continue(()))
         })?;
-        self.skipped.no_data += waiting.len();
+        waiting.iter().for_each(|row| self.skipped.no_data.add(self.tables, row.number));
         self.tables += 1;
         Ok(())
     }
@@ -260,11 +267,11 @@ impl Record {
             && mapping.machine.is_some()
             && of_rows.cells.name(row, machine) != mapping.machine
         {
-            self.skipped.other_machines += 1;
+            self.skipped.other_machines.add(self.tables, row.number);
             return Ok(());
         }
         if is_header(table, row) {
-            self.skipped.no_data += 1;
+            self.skipped.no_data.add(self.tables, row.number);
             return Ok(());
         }
         in_table(table, row)?;
@@ -279,23 +286,29 @@ impl Record {
             Some(column) => match cells.name(row, column).and_then(|name| plan.probes.named(&name)) {
                 Some(name) => Some(self.probe(&name)),
                 None => {
-                    self.skipped.other_points += 1;
+                    self.skipped.other_points.add(self.tables, row.number);
                     return Ok(());
                 }
             },
         };
-        let Some(speed_rpm) = speed_rpm(cells, mapping, row)? else {
-            self.skipped.without_speed += 1;
-            return Ok(());
+        let (speed_rpm, when) = match speed_rpm(cells, mapping, row)? {
+            Some(0.0) => {
+                self.skipped.standstill.add(self.tables, row.number);
+                return Ok(());
+            }
+            Some(speed_rpm) => (speed_rpm, cells.moment(row)?),
+            // another row of this time may state it
+            None => match cells.moment(row) {
+                Ok(Some(when)) => (f64::NAN, Some(when)),
+                _ => {
+                    self.skipped.without_speed.add(self.tables, row.number);
+                    return Ok(());
+                }
+            },
         };
-        if speed_rpm == 0.0 {
-            self.skipped.standstill += 1;
-            return Ok(());
-        }
         let own_run = plan.column(Quantity::Run).and_then(|column| cells.name(row, column));
         let run = own_run.as_deref().or(*run).map(|run| self.run_named(run));
-        let (table, number) = (self.tables, u32::try_from(row.number).unwrap_or(u32::MAX));
-        let when = cells.moment(row)?;
+        let (table, number) = (self.tables, row_number(row.number));
         self.samples.push(SourcedReading { table, row: number, run, when, speed_rpm });
         let from = self.phasors.len();
         self.phasors.resize(from + self.probes.len(), LOST);
@@ -326,7 +339,20 @@ impl Record {
                 self.gaps_v[from + p] = gap_v;
             }
         }
+        if speed_rpm.is_nan() && !self.held[from..].contains(&true) {
+            self.take_back(from, at);
+            self.skipped.without_speed.add(table, row.number);
+        }
         Ok(())
+    }
+
+    /// Takes back the last reading, whose values begin at these places.
+    fn take_back(&mut self, values: usize, conditions: usize) {
+        self.samples.pop();
+        self.phasors.truncate(values);
+        self.held.truncate(values);
+        self.gaps_v.truncate(values);
+        self.condition_values.truncate(conditions);
     }
 }
 

@@ -153,13 +153,79 @@ fn system_1_trends_of_two_probes_become_one_record() {
     let (probes, _) = measured(&folder.path("m.csv"));
     assert_eq!(probes, ["31VT-4101X", "31VT-4101Y"]);
     assert_eq!(times_s(&readings), [0.0, 7200.0, 14_400.0, 21_600.0, 28_800.0]);
+    let text = std::fs::read_to_string(folder.path("m.csv")).unwrap();
+    assert_eq!(text.lines().last(), Some("0.4166666666666667,,,,,"), "a time without speed keeps its row");
     assert_polar(&readings[1], 0, (22.0, 140.0));
     assert_polar(&readings[1], 1, (18.0, 50.0));
     assert_eq!(readings[4].probes, [None, None], "an invalid phase");
-    assert_eq!((&answer["lost"], &answer["skipped"]["without_speed"]), (&2.into(), &2.into()), "{answer}");
+    assert_eq!((&answer["rows"], &answer["lost"]), (&6.into(), &4.into()), "{answer}");
+    assert_eq!(answer["skipped"]["without_speed"], 0, "{answer}");
     assert!(answer["remarks"][0].as_str().unwrap().contains("month first"), "{answer}");
+    assert_says(
+        answer["remarks"][2].as_str().unwrap(),
+        &["x.csv: row 13", "no speed", "its probes are empty"],
+    );
     let second = folder.write("2x.csv", system_1("31VT-4101X", "2X", &rows(21.0, 140.0)));
     assert_says(&refused(&folder, &second, &["--lag"]), &["no column is a 1x vibration", "`Y-Axis Value`"]);
+}
+
+#[test]
+fn every_time_of_either_trend_has_its_row() {
+    let folder = Folder::new();
+    let x = [("2/3/2024 10:00:00 PM", 21.0, 140.0), ("2/4/2024 2:00:00 AM", 22.0, 140.0)];
+    let y = [("2/4/2024 12:00:00 AM", 17.0, 50.0), ("2/4/2024 2:00:00 AM", 18.0, 50.0)];
+    let x = folder.write("x.csv", system_1("31VT-4101X", "1X", &x));
+    // the speed of the last row is valid in one file alone
+    let text = system_1("31VT-4101Y", "1X", &y).replace("77,Invalid,4000,Valid", "51,Valid,4000,Valid");
+    let text = text.replace(",,Invalid,,Invalid", ",52,Valid,4990,Valid")
+        + "2/4/2024 10:00:00 AM,1,Valid,2,Valid,0,Valid\n";
+    let y = folder.write("y.csv", text);
+    let (answer, readings) = imported(&folder, &[&x, &y], &["--lag", "--dates", "month-first"]);
+    assert_eq!(times_s(&readings), [0.0, 7200.0, 14_400.0, 28_800.0, 36_000.0]);
+    let held: Vec<[bool; 2]> = readings.iter().map(|r| [0, 1].map(|p| r.probes[p].is_some())).collect();
+    assert_eq!(held, [[true, false], [false, true], [true, true], [false, true], [false, true]]);
+    assert_eq!((readings[4].speed_rpm, &answer["rows"]), (4990.0, &5.into()));
+    assert_says(answer["skipped"]["first"][0].as_str().unwrap(), &["y.csv: row 12: standstill"]);
+}
+
+#[test]
+fn epochs_of_every_unit_give_the_same_times() {
+    let folder = Folder::new();
+    // 2024-03-05T14:30:15Z and 250 ms later
+    let times = [1_709_649_015_000_u64, 1_709_649_015_250];
+    let export = |header: &str, write: &dyn Fn(u64) -> String| {
+        let row = |ms: &u64| format!("{},2980,30,{}\n", write(*ms), 10 + ms % 9);
+        let rows: String = times.iter().map(row).collect();
+        folder.write("a.csv", format!("{header},Speed [rpm],16X Amp [um pp],16X Phase [deg lag]\n{rows}"))
+    };
+    let decimals = |ms: u64| format!("{}.{:03}", ms / 1000, ms % 1000);
+    let ns = |ms: u64| format!("{ms}000000");
+    let writers: [&dyn Fn(u64) -> String; 5] =
+        [&decimals, &|ms| ms.to_string(), &|ms| format!("{ms}000"), &ns, &|ms| {
+            format!("{:.18e}", ms as f64 * 1e6)
+        }];
+    for (header, write) in ["time", "Timestamp", "unix", "Time [ns]", "epoch_ns"]
+        .into_iter()
+        .flat_map(|header| writers.iter().map(move |write| (header, write)))
+    {
+        // a stated unit is that of the numbers
+        let is_ns = write(times[0]).trim_end_matches("e18").len() >= 19;
+        if header.ends_with("ns]") && !is_ns {
+            continue;
+        }
+        let file = export(header, write);
+        let (answer, readings) = imported(&folder, &[&file], &[]);
+        assert_eq!(answer["start"], "2024-03-05T14:30:15Z", "{header}");
+        assert_eq!(times_s(&readings), [0.0, 0.25], "{header}");
+    }
+    let file = export("time", &|_| "1.70965E+18".into());
+    let says = refused(&folder, &file, &[]);
+    assert_says(
+        &says,
+        &["row 2, column 1 `time`", "1.70965E+18", "without its seconds", "all of its digits"],
+    );
+    let file = export("Time [h]", &ns);
+    assert_says(&refused(&folder, &file, &[]), &["row 2", "h is more than 10,000 years", "time:UNIT"]);
 }
 
 #[test]

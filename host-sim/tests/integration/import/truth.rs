@@ -118,7 +118,11 @@ pub fn measured(path: &std::path::Path) -> (Vec<String>, Vec<Reading>) {
             conditions: Vec::new(),
         }
     };
-    let readings = lines.map(reading).collect();
+    // of a row without speed the time alone is known
+    let has_speed = |line: &&str| {
+        at("speed_rpm").and_then(|i| line.split(',').nth(i)).is_some_and(|cell| !cell.is_empty())
+    };
+    let readings = lines.filter(has_speed).map(reading).collect();
     (probes, readings)
 }
 
