@@ -33,6 +33,26 @@ pub fn excerpted(sentence: &str) -> String {
     if short.chars().count() > LONGEST_SENTENCE { beginning(&short, LONGEST_SENTENCE) } else { short }
 }
 
+/// Longest list of names from a user's file, characters.
+const LONGEST_LIST: usize = 200;
+
+/// Names from a user's file: the first ones, and how many follow.
+pub fn listed(names: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    let (mut list, mut left) = (String::new(), 0);
+    for (i, name) in names.into_iter().enumerate() {
+        let name = name.as_ref();
+        let name =
+            if name.chars().count() > LONGEST_EXCERPT { beginning(name, EXCERPT) } else { name.into() };
+        if left > 0 || (i > 0 && list.chars().count() + name.chars().count() > LONGEST_LIST) {
+            left += 1;
+            continue;
+        }
+        list += if i > 0 { ", " } else { "" };
+        list += &name;
+    }
+    if left > 0 { format!("{list} and {left} more") } else { list }
+}
+
 fn beginning(text: &str, characters: usize) -> String {
     text.chars().take(characters).chain(['…']).collect()
 }
@@ -40,6 +60,18 @@ fn beginning(text: &str, characters: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_list_of_names_is_cut_and_counted() {
+        assert_eq!(listed(["a", "b"]), "a, b");
+        let names: Vec<String> = (0..1000).map(|n| format!("P{n:03}")).collect();
+        let list = listed(&names);
+        assert!(list.starts_with("P000, P001, ") && list.chars().count() < 220, "{list}");
+        let shown = list.matches('P').count();
+        assert!(list.ends_with(&format!(" and {} more", 1000 - shown)), "{list}");
+        let list = listed(["x".repeat(5000), "y".repeat(5000), "z".repeat(5000), "w".repeat(5000)]);
+        assert!(list.chars().count() < 220 && list.ends_with(" and 1 more"), "{list}");
+    }
 
     #[test]
     fn long_text_of_a_user_is_repeated_in_part() {

@@ -7,7 +7,7 @@ mod excerpt;
 mod lines;
 mod wrap;
 
-pub use excerpt::excerpted;
+pub use excerpt::{excerpted, listed};
 pub use lines::fit;
 
 use std::env;

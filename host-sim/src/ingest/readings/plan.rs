@@ -20,6 +20,7 @@ use crate::ingest::sheet::SheetRow;
 use crate::ingest::table::ReadingTable;
 use crate::ingest::target::{Quantity, Target};
 use crate::ingest::unit::{Angle, Detection, Sense, Sensitivity, SpeedUnit, Unit};
+use crate::terminal::listed;
 
 /// Speeds of a file whose fastest is below this may as well be Hz, rpm.
 const SLOWEST_RPM: f64 = 300.0;
@@ -139,7 +140,7 @@ fn whole(
     mapping: &Mapping,
 ) -> Result<()> {
     let place = format!("{}: row {}", table.sheet.place(), table.header_row);
-    let names = || table.columns.iter().map(|c| format!("`{}`", c.name)).collect::<Vec<_>>().join(", ");
+    let names = || listed(table.columns.iter().map(|c| format!("`{}`", c.name)));
     if mapping.speed_rpm.is_none() && !assigned.iter().any(|c| c.target.quantity == Quantity::Speed) {
         bail!(
             "{place}: no column is a speed, expected one, --column \"NAME=speed:rpm\" or --speed-rpm; there are {}",
