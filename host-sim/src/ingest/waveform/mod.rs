@@ -186,7 +186,9 @@ fn of_file(
     })?;
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
-    let drifted = vectors::drifted(&windows, &marks.all);
+    let uneven = vectors::uneven(&losses, &marks.all).filter(|_| found.key.is_some());
+    // of marks that come unevenly no other limit of drift makes a speed
+    let drifted = vectors::drifted(&windows).filter(|_| uneven.is_none());
     let begins_s = begins_s - found.lead_s;
     let recorded =
         RecordingContext { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
@@ -194,13 +196,20 @@ fn of_file(
     let (readings, compensated) = held_or_binned(each, settings);
     let seconds = |sample: usize| sample as f64 / rate_hz;
     let turning = AngularSamples { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
-    let doubts = match &found.key {
+    let mut doubts = match &found.key {
         Some((_, key)) => doubts(&format!("{file}: channel {key}"), &turning, marks)?,
         None => Vec::new(),
     };
     if readings.is_empty() {
-        refuse(file, marks.all.len(), &losses, drifted, settings)?;
+        refuse(
+            file,
+            marks.all.len(),
+            &losses,
+            uneven.clone().or(drifted.map(|d| d.advice(settings.revolutions, settings.largest_drift))),
+            settings,
+        )?;
     }
+    doubts.extend(uneven);
     let two_x = match beside.two_x {
         true => {
             binned(vectors::readings_of(&windows, turning.two_x(&windows), &recorded, settings), settings)
@@ -307,7 +316,7 @@ fn refuse(
     file: &str,
     marks: usize,
     losses: &[Loss],
-    drifted: Option<DriftedWindows>,
+    advice: Option<String>,
     settings: &Settings,
 ) -> Result<()> {
     if losses.is_empty() {
@@ -318,9 +327,7 @@ fn refuse(
     }
     let help = match losses.iter().any(|loss| loss.why == vectors::OPEN) {
         true => "; expected another --gap-v or --mv-um, or --ac for channels without a gap voltage".into(),
-        false => drifted.map_or(String::new(), |d| {
-            format!("; {}", d.advice(settings.revolutions, settings.largest_drift))
-        }),
+        false => advice.map_or(String::new(), |advice| format!("; {advice}")),
     };
     let all: Vec<String> = losses.iter().map(ToString::to_string).collect();
     bail!("{file}: every reading is lost: {}{help}", all.join(", "))

@@ -86,30 +86,34 @@ pub struct DriftedWindows {
     pub in_all: usize,
     /// The largest change in one of them, relative.
     pub largest: f64,
-    /// Turns that are unlike both beside them, and all.
-    pub uneven: [usize; 2],
 }
 
 /// Those that are lost for drift, if any.
-pub fn drifted(windows: &[Window], marks: &[Mark]) -> Option<DriftedWindows> {
+pub fn drifted(windows: &[Window]) -> Option<DriftedWindows> {
     let lost = windows.iter().filter(|w| w.outcome == Outcome::Drift);
     let changes: Vec<f64> = lost.map(|w| f64::from(w.drift.abs())).collect();
     let largest = changes.iter().copied().reduce(f64::max)?;
-    let uneven = [uneven_turns(marks), marks.len().saturating_sub(1)];
-    Some(DriftedWindows { windows: changes.len(), in_all: windows.len(), largest, uneven })
+    Some(DriftedWindows { windows: changes.len(), in_all: windows.len(), largest })
+}
+
+/// Why windows are lost whose marks come unevenly: a shaft does not change its speed so, pulses are missing or false.
+pub fn uneven(losses: &[Loss], marks: &[Mark]) -> Option<String> {
+    let of_marks = losses.iter().filter(|loss| [OUT_OF_STEP, DRIFT].contains(&loss.why));
+    let windows: usize = of_marks.map(|loss| loss.windows).sum();
+    let (uneven, turns) = (uneven_turns(marks), marks.len().saturating_sub(1));
+    // a false or a missing pulse spoils the window that it is in, or two
+    (windows > 0 && 2 * uneven >= windows).then(|| {
+        format!(
+            "{uneven} of {turns} turns are unlike those beside them, so pulses are missing or false; expected another --threshold or \
+             --hold-off, or a keyphasor with a clear pulse in each turn"
+        )
+    })
 }
 
 impl DriftedWindows {
     /// How many there are, and which option keeps them: a window of fewer turns changes less in proportion.
     pub fn advice(&self, revolutions: u16, largest_drift: f32) -> String {
-        let Self { windows, in_all, largest, uneven: [uneven, all_turns] } = self;
-        // a false or a missing pulse spoils the window that it is in, or two
-        if 2 * uneven >= *windows {
-            return format!(
-                "{uneven} of {all_turns} turns are unlike those beside them, so pulses are missing or false, and {windows} of {in_all} \
-                 windows are lost; expected another --threshold or --hold-off, or a keyphasor with a clear pulse in each turn"
-            );
-        }
+        let Self { windows, in_all, largest } = self;
         let turns = (f64::from(revolutions) * f64::from(largest_drift) / self.largest).floor();
         let option = match turns >= 2.0 {
             true => format!("--revolutions {turns}"),

@@ -65,7 +65,8 @@ fn missing_marks_are_bridged_and_told_with_their_share() {
         let filled = answer["files"][0]["keyphasor"]["filled_marks"].as_f64().unwrap();
         let in_all = recording.turns(recording.samples()).floor();
         assert!((filled / in_all * one_in - 1.0).abs() < 0.35, "one in {one_in}: {filled} of {in_all}");
-        assert_eq!(answer["lost"], 0, "{answer}");
+        // more than four in a row are a pause, which loses its window
+        assert!(answer["lost"].as_u64().unwrap() <= u64::from(random), "{answer}");
         assert_same_vectors(&readings, 10);
     }
     // of two in three missing nobody knows how long a turn is
