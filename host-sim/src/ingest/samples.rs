@@ -10,6 +10,7 @@ use super::sample_times::rate;
 use super::sampling_preamble::SamplingPreamble;
 use super::streamed::{Cursor, Streamed};
 use super::unit::{TimeUnit, Unit};
+use crate::terminal::listed;
 
 /// Fewer samples are no ramp.
 const SHORTEST_RAMP: usize = 8;
@@ -229,7 +230,10 @@ impl Waveform {
             let first = (times.samples.len() > 0).then(|| times.samples.at(0));
             let by_size = first.filter(|_| unit.is_none_or(TimeUnit::is_epoch)).and_then(epoch_unit);
             let unit_s = by_size.or(unit).map_or(1.0, TimeUnit::seconds);
-            let times_s: Vec<f64> = (0..times.samples.len()).map(|n| unit_s * times.samples.at(n)).collect();
+            // of a time since 1970, a double in seconds has no microseconds left
+            let zero = first.filter(|_| by_size.is_some()).unwrap_or(0.0);
+            let second = |n: usize| unit_s * (times.samples.at(n) - zero);
+            let times_s: Vec<f64> = (0..times.samples.len()).map(second).collect();
             rate(file, &times.header, &times_s)
         });
         let (rate_hz, uneven) = match rate {
@@ -303,7 +307,7 @@ impl Waveform {
     }
 
     pub fn names(&self) -> String {
-        self.channels.iter().map(|c| c.header.as_str()).collect::<Vec<_>>().join(", ")
+        listed(self.channels.iter().map(|c| &c.header))
     }
 
     pub fn len(&self) -> usize {
