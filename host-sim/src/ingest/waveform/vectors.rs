@@ -232,6 +232,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn missing_pulses_are_named_and_a_change_of_speed_is_not() {
+        let marks = |at: &dyn Fn(u32) -> f64| -> Vec<Mark> {
+            (0..60).map(|k| Mark { sample: at(k).ceil() as usize, age: 0.0 }).collect()
+        };
+        let lost = |why| [Loss { why, probe: None, windows: 3, first_s: 0.0 }];
+        let missing: Vec<Mark> =
+            marks(&|k| 100.0 * f64::from(k)).into_iter().filter(|m| m.sample / 100 % 9 != 4).collect();
+        let why = uneven(&lost(OUT_OF_STEP), &missing).unwrap();
+        assert!(why.starts_with("7 of 52 turns are unlike those beside them"), "{why}");
+        assert_eq!(uneven(&lost(CLIPPED), &missing), None);
+        let run_up = marks(&|k| 1000.0 * f64::from(k + 1).sqrt());
+        assert_eq!(uneven(&lost(DRIFT), &run_up[10..]), None);
+    }
+
+    #[test]
     fn bin_is_mean_per_probe_and_restarts_when_speed_leaves() {
         let reading = |speed_rpm: f64, y: Option<f64>| Reading {
             time_d: Some(speed_rpm / 1000.0),
