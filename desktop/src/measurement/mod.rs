@@ -88,6 +88,19 @@ pub fn parse(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Erro
     parse_less(file, text, rotor, &SlowRoll::Stated, UnlistedRuns::Refused, &RowRules::STRICT)
 }
 
+/// Parses the text of a measurement file, less a slow roll; `file` is only for messages.
+///
+/// # Errors
+/// As [`read_less`].
+pub fn parse_with_slow_roll(
+    file: &str,
+    text: &str,
+    rotor: &Rotor,
+    slow_roll: &SlowRoll,
+) -> Result<Vec<Reading>, Error> {
+    parse_less(file, text, rotor, slow_roll, UnlistedRuns::Refused, &RowRules::STRICT)
+}
+
 fn parse_less(
     file: &str,
     text: &str,

@@ -23,6 +23,8 @@ pub enum SlowRoll {
     Run(String),
     /// The mean of another file.
     File(PathBuf),
+    /// The same of the text of a file; `name` is only for messages.
+    Text { name: String, text: String },
 }
 
 impl SlowRoll {
@@ -36,7 +38,7 @@ impl SlowRoll {
     pub(super) fn run(&self) -> Option<&str> {
         match self {
             Self::Run(name) => Some(name),
-            Self::Stated | Self::File(_) => None,
+            Self::Stated | Self::File(_) | Self::Text { .. } => None,
         }
     }
 
@@ -58,8 +60,9 @@ impl SlowRoll {
             Self::Run(name) => rolls.retain(|r| r.run.as_ref() == Some(name)),
             Self::File(path) => {
                 let (file, text) = text_of(path)?;
-                rolls = rows(&file, &text, rotor, None, UnlistedRuns::Refused, &RowRules::STRICT)?.readings;
+                rolls = readings_of(&file, &text, rotor)?;
             }
+            Self::Text { name, text } => rolls = readings_of(name, text, rotor)?,
         }
         if let (Self::Run(name), true) = (self, rolls.is_empty()) {
             return Err(wrong(format!("\"{name}\" is neither a run of this file nor a file")));
@@ -107,8 +110,12 @@ pub fn less_runout(
 /// As [`super::read`], and if a probe has no reading.
 pub fn runout_m(path: &Path, rotor: &Rotor) -> Result<Vec<Complex<f64>>, Error> {
     let (file, text) = text_of(path)?;
-    let rows = rows(&file, &text, rotor, None, UnlistedRuns::Refused, &RowRules::STRICT)?;
-    mean_m(&file, &rows.readings, &names(rotor))
+    mean_m(&file, &readings_of(&file, &text, rotor)?, &names(rotor))
+}
+
+/// Readings of a file that holds nothing but slow roll.
+fn readings_of(file: &str, text: &str, rotor: &Rotor) -> Result<Vec<Reading>, Error> {
+    Ok(rows(file, text, rotor, None, UnlistedRuns::Refused, &RowRules::STRICT)?.readings)
 }
 
 fn mean_m(file: &str, rolls: &[Reading], probes: &[&str]) -> Result<Vec<Complex<f64>>, Error> {
