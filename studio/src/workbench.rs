@@ -1,7 +1,9 @@
 //! The session of this process, and what is worked out of it in the background.
 
+mod keeping;
+
 use std::panic::AssertUnwindSafe;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Result, anyhow, bail};
@@ -9,9 +11,11 @@ use rotor_edge::answers::plan::PlanAnswer;
 use rotor_edge::command::shown;
 use rotor_edge_desktop::plan::{PlanRequest, plan_telling};
 
+use crate::recovery::{Offer, RecoveryFile, RecoveryFolder};
 use crate::session::analysis::{Analysis, DiagnosisState, ModelKey, SearchProgress, diagnosed};
-use crate::session::stored::{self, FileLock};
-use crate::session::{FittedTo, Session};
+use crate::session::stored::FileLock;
+use crate::session::{FittedTo, Looking, Session};
+use crate::trial::Trials;
 
 /// Models that are remembered, so that undo and redo cost nothing.
 const REMEMBERED: usize = 64;
@@ -37,13 +41,28 @@ struct SessionFile {
     _lock: FileLock,
 }
 
+/// A session that is put aside for practice, with where it is kept.
+struct Aside {
+    session: Session,
+    file: Option<SessionFile>,
+    recovery: Option<RecoveryFile>,
+}
+
 /// The session, if one is open, and what is known of it.
 #[derive(Default)]
 pub struct Bench {
     pub session: Option<Session>,
     known: Vec<KnownModel>,
     plan: Option<(ModelKey, PlanState)>,
+    pub(crate) trials: Trials,
     file: Option<SessionFile>,
+    /// Where sessions are kept that have no file.
+    recovery_folder: Option<RecoveryFolder>,
+    recovery: Option<RecoveryFile>,
+    /// The session in whose machine something was hidden.
+    aside: Option<Aside>,
+    /// Sessions that were left behind unsaved.
+    pub offers: Vec<Offer>,
     /// Input files that no other studio has.
     locks: Vec<FileLock>,
     /// Why the last save by itself failed.
@@ -132,7 +151,7 @@ impl Workbench {
 }
 
 /// Work whose end somebody waits for: a fault in it is told as a failure.
-fn unbroken<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+pub(crate) fn unbroken<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     let done = std::panic::catch_unwind(AssertUnwindSafe(work));
     done.unwrap_or_else(|_| bail!("a fault of the program ended this; please report it with the two files"))
 }
@@ -178,17 +197,25 @@ impl Bench {
         let own = |path: &&PathBuf| self.locked().contains(path);
         let (kept, new): (Vec<_>, Vec<_>) = paths.partition(own);
         let locks = new.into_iter().map(|path| FileLock::of(path)).collect::<Result<Vec<_>>>()?;
-        let step = session.current().clone();
-        let analysis = Analysis::of(&step.words(), &session, &session.model()?)?;
+        let analysis = Self::first_analysis(&session)?;
         if kept.is_empty() {
             self.locks.clear();
         }
         self.locks.extend(locks);
-        (self.file, self.plan, self.not_saved) = (None, None, None);
-        self.known =
-            vec![KnownModel { key: session.key(&step), analysis: Arc::new(analysis), diagnosis: None }];
-        self.session = Some(session);
+        self.leave_behind();
+        self.open(session, analysis);
         Ok(())
+    }
+
+    fn first_analysis(session: &Session) -> Result<Analysis> {
+        Analysis::of(&session.current().words(), session, &session.model()?)
+    }
+
+    fn open(&mut self, session: Session, analysis: Analysis) {
+        (self.file, self.plan, self.not_saved) = (None, None, None);
+        let key = session.key(session.current());
+        self.known = vec![KnownModel { key, analysis: Arc::new(analysis), diagnosis: None }];
+        self.session = Some(session);
     }
 
     /// Files that this studio has locked: those of the session that is open.
@@ -209,11 +236,24 @@ impl Bench {
         }
         let model = session.fitted_to(step)?;
         let analysis = Arc::new(Analysis::of(&step.words(), session, &model)?);
+        self.remember(key, analysis.clone());
+        Ok(analysis)
+    }
+
+    /// Keeps what a model leaves of the readings.
+    pub(crate) fn remember(&mut self, key: ModelKey, analysis: Arc<Analysis>) {
+        if self.known.iter().any(|known| known.key == key) {
+            return;
+        }
         if self.known.len() >= REMEMBERED {
             self.known.remove(0);
         }
-        self.known.push(KnownModel { key, analysis: analysis.clone(), diagnosis: None });
-        Ok(analysis)
+        self.known.push(KnownModel { key, analysis, diagnosis: None });
+    }
+
+    /// Whether somebody still wants to look at this.
+    pub(crate) fn is_looking(&self, looking: &Looking) -> bool {
+        self.session.as_ref().and_then(|session| session.looking.as_ref()) == Some(looking)
     }
 
     /// That of the current step.
@@ -236,80 +276,6 @@ impl Bench {
         let session = self.session.as_ref()?;
         let key = session.key(session.current());
         self.plan.as_ref().filter(|(known, _)| *known == key).map(|(_, state)| state.clone())
-    }
-
-    /// Opens the file of a session, which is kept up to date from now on.
-    ///
-    /// # Errors
-    /// If it is none, or another studio has it.
-    pub fn open_session(&mut self, path: &Path) -> Result<()> {
-        let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| anyhow!("{name}: cannot be read ({e})"))?;
-        let lock = self.lock_of_session(path)?;
-        self.begin(stored::parse(&name, &text)?)?;
-        self.file = Some(SessionFile { path: path.into(), _lock: lock });
-        Ok(())
-    }
-
-    /// Keeps the session in a file from now on.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn keep_session_in(&mut self, path: &Path) -> Result<()> {
-        let lock = self.lock_of_session(path)?;
-        stored::write(path, self.opened()?)?;
-        self.file = Some(SessionFile { path: path.into(), _lock: lock });
-        self.opened_mut()?.is_changed = false;
-        Ok(())
-    }
-
-    /// A lock of the file of a session; what this studio has already is let go first.
-    fn lock_of_session(&mut self, path: &Path) -> Result<FileLock> {
-        if self.file.as_ref().is_some_and(|file| file.path == path) {
-            self.file = None;
-        }
-        FileLock::of(path)
-    }
-
-    /// Where the session is kept.
-    pub fn session_file(&self) -> Option<&Path> {
-        self.file.as_ref().map(|file| file.path.as_path())
-    }
-
-    /// Brings the session's file up to date.
-    fn save_session(&mut self) {
-        let (Some(file), Some(session)) = (&self.file, &mut self.session) else { return };
-        if !session.is_changed {
-            return;
-        }
-        match stored::write(&file.path, session) {
-            Ok(()) => (session.is_changed, self.not_saved) = (false, None),
-            Err(error) => self.not_saved = Some(shown(&error)),
-        }
-    }
-
-    /// Whether a file is one that the session was read from.
-    pub fn is_input(&self, path: &Path) -> bool {
-        let inputs = self.session.iter().flat_map(|s| s.files.paths.iter().flatten());
-        let same = |a: &Path, b: &Path| match (std::fs::canonicalize(a), std::fs::canonicalize(b)) {
-            (Ok(a), Ok(b)) => a == b,
-            _ => a == b,
-        };
-        inputs.into_iter().any(|input| same(input, path))
-    }
-
-    /// Whether the session may write a file.
-    ///
-    /// # Errors
-    /// If it is there already and nobody said that it may be written over.
-    pub fn may_write(&self, path: &Path, overwrite: bool) -> Result<()> {
-        if overwrite || !path.exists() {
-            return Ok(());
-        }
-        match self.is_input(path) {
-            true => bail!("{}: the session was read from this file; expected another name", path.display()),
-            false => bail!("{}: exists already, expected another name", path.display()),
-        }
     }
 }
 

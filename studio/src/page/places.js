@@ -87,8 +87,9 @@ function showEffects(session, look) {
 
 function showPreview(session, add, forget) {
   const found = session.preview;
-  preview.hidden = !found;
-  if (!found) { preview.replaceChildren(); return; }
+  preview.hidden = !found && !session.looking;
+  const waiting = session.looking ? [element("p", { className: "note", textContent: `Fitting ${session.looking} …` })] : [];
+  if (!found) { preview.replaceChildren(...waiting); return; }
   const button = element("button", { type: "button", className: "main", id: "add", textContent: "Add" });
   button.dataset.key = "add";
   button.addEventListener("click", () => add(found.effect, found.at));
@@ -101,7 +102,7 @@ function showPreview(session, add, forget) {
     element("h3", { textContent: `${found.words}: ${found.gain}` }),
     element("ul", {}, ...found.lines.map((line) => element("li", { textContent: line }))),
     element("div", { className: "buttons" }, button, no),
-    ...more,
+    ...more, ...waiting,
   );
 }
 

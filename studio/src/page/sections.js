@@ -38,6 +38,15 @@ export function answer({ verdict, machine, rotor_file, data_file, session_file, 
   set(at("files"), [machine, `${rotor_file}, ${data_file}`, kept].filter((text) => text).join(" · "));
 }
 
+// Sessions that ended unsaved, a line each.
+export function unsaved(found, goOn, dismiss) {
+  at("unsaved").hidden = !found.length;
+  at("unsaved").replaceChildren(...found.map(({ name, sentence, is_usable }) => element("div", { className: "buttons" },
+    element("span", { textContent: sentence }),
+    ...(is_usable ? [button("Go on with it", `recover ${name}`, () => goOn(name), { className: "main" })] : []),
+    button("Delete it", `dismiss ${name}`, () => dismiss(name)))));
+}
+
 export function fall(session) {
   at("fall").innerHTML = session.fall;
   const ahead = session.steps.filter((step) => step.is_ahead);
@@ -95,7 +104,7 @@ export function further({ further: found }, plan) {
   inside("further").replaceChildren(...parts);
 }
 
-export function practice({ practice: found }, openHidden, reveal) {
+export function practice({ practice: found }, openHidden, reveal, end) {
   const parts = [];
   if (!found) parts.push(note("Hide an effect in this machine: simulated readings at the same speeds, with noise."));
   if (found?.reveal) {
@@ -109,7 +118,8 @@ export function practice({ practice: found }, openHidden, reveal) {
     parts.push(note("Something is hidden in this machine."), button("Reveal", "reveal", reveal));
   }
   parts.push(button(found ? "Hide another" : "Hide something in it", "hide", openHidden));
-  inside("practice").replaceChildren(...parts);
+  if (found?.can_end) parts.push(button("Back to the measurements", "end practice", end));
+  inside("practice").replaceChildren(element("div", {}, ...parts.filter((part) => part.tagName !== "BUTTON")), element("div", { className: "buttons" }, ...parts.filter((part) => part.tagName === "BUTTON")));
   if (found) at("practice").open = true;
 }
 

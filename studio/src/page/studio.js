@@ -10,6 +10,7 @@ const POLL_MS = 250;
 let current = null;
 let seen = null;
 let polling = null;
+let asking = 0;
 
 function refused(refusal) {
   at("message").textContent = refusal.message;
@@ -29,6 +30,8 @@ function keepingFocus(show) {
 function show() {
   const session = current.session;
   at("start").hidden = session !== null && !at("start").dataset.again;
+  const offered = at("start").hidden ? [] : current.unsaved;
+  sections.unsaved(offered, (name) => open({ what: "recovered", name }), (name) => change("dismiss", { name }));
   for (const id of ["answer", "desk", "open-again", "undo", "redo", "save"]) at(id).hidden = session === null;
   if (!session) return;
   at("undo").disabled = !session.can_undo;
@@ -40,18 +43,28 @@ function show() {
   sections.branches(session, (branch) => change("branch", { branch }));
   sections.mask(session, (mask) => change("leave_out", mask));
   sections.further(session, () => change("plan"));
-  sections.practice(session, () => open({ what: "hidden" }), () => change("reveal"));
+  sections.practice(session, () => open({ what: "hidden" }), () => change("reveal"), () => open({ what: "before_hidden" }));
   sections.commands(session);
   figuresOf.showTabs(session.tabs, () => { keepingFocus(show); figuresOf.refresh().catch(refused); });
 }
 
+function showProgress() {
+  sections.answer(current.session);
+  sections.further(current.session, () => change("plan"));
+}
+
 function isWorking(state) {
-  return state.session?.verdict.word === "working" || Boolean(state.session?.further.progress);
+  return state.session?.verdict.word === "working" || Boolean(state.session?.looking) || Boolean(state.session?.further.progress);
 }
 
 async function take(state) {
+  // an answer that a newer one overtook
+  if (current && state.version < current.version) return;
+  const isKnown = state.session !== null && current?.session && state.version === current.version;
   current = state;
-  keepingFocus(show);
+  // what is pressed or dragged stays where it is while only the progress changes
+  if (isKnown) showProgress();
+  else keepingFocus(show);
   document.documentElement.dataset.version = `${state.version}`;
   if (state.session && seen !== state.version) {
     seen = state.version;
@@ -69,9 +82,10 @@ async function poll() {
   }
 }
 
-// One change at a time; the page says that it is busy.
+// The page says that it is busy while it waits for any change.
 async function change(name, body) {
   at("message").hidden = true;
+  asking += 1;
   document.body.setAttribute("aria-busy", "true");
   try {
     await take(await ask(name, body));
@@ -80,11 +94,17 @@ async function change(name, body) {
     refused(refusal);
     return false;
   } finally {
-    document.body.removeAttribute("aria-busy");
+    asking -= 1;
+    if (!asking) document.body.removeAttribute("aria-busy");
   }
 }
 
-const lookAt = (effect, place) => change("preview", { effect, at: place });
+// Its fit takes a while; the page says so until it is there.
+async function lookAt(effect, place) {
+  const looked = change("preview", { effect, at: place });
+  await poll();
+  return looked;
+}
 
 async function add(effect, place) {
   await change("add", { effect, at: place });
@@ -144,7 +164,11 @@ function listen() {
   at("fit").addEventListener("click", () => change("fit"));
   at("put-back").addEventListener("click", () => change("put_back"));
   const ofForm = (form) => Object.fromEntries(new FormData(form).entries());
-  at("open-paths").addEventListener("submit", (event) => { event.preventDefault(); open({ what: "paths", ...ofForm(event.target) }); });
+  at("open-paths").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const files = ofForm(event.target);
+    open(event.submitter?.value === "hidden" ? { what: "hidden", files } : { what: "paths", ...files });
+  });
   at("open-session").addEventListener("submit", (event) => { event.preventDefault(); open({ what: "session_path", ...ofForm(event.target) }); });
   at("choose").addEventListener("change", (event) => openFiles(event.target.files));
   addEventListener("dragover", (event) => event.preventDefault());

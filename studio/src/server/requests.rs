@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::report;
-use crate::session::files::{InputFiles, NamedText};
+use crate::session::files::{InputFiles, NamedText, SlowRollInput};
 use crate::session::mask::Mask;
 use crate::session::parameters::{self, ParameterId};
 use crate::session::{Session, stored};
@@ -25,22 +25,42 @@ use crate::workbench::{Bench, Workbench};
 #[serde(tag = "what", rename_all = "snake_case")]
 enum Opening {
     Sample,
-    /// A machine with something hidden: of the session that is open, or of the sample.
+    /// A machine with something hidden: of these files, of the session that is open, or of the sample.
     Hidden {
         seed: Option<u64>,
+        files: Option<InputPaths>,
     },
-    Paths {
-        rotor: PathBuf,
-        data: PathBuf,
-    },
+    /// The session in whose machine something was hidden.
+    BeforeHidden,
+    Paths(InputPaths),
     /// The file of a session.
     SessionPath {
         path: PathBuf,
+    },
+    /// A session that was left behind unsaved.
+    Recovered {
+        name: String,
     },
     /// Files that were dropped or chosen: a rotor's file with measurements, or a session.
     Files {
         files: Vec<NamedText>,
     },
+}
+
+#[derive(Deserialize)]
+struct InputPaths {
+    rotor: PathBuf,
+    data: PathBuf,
+    /// A run of the data or a file; none if it is empty.
+    #[serde(default)]
+    slow_roll: String,
+}
+
+impl InputPaths {
+    fn read(&self) -> Result<InputFiles> {
+        let slow_roll = SlowRollInput::named(&self.slow_roll)?;
+        Ok(InputFiles { slow_roll, ..InputFiles::read(&self.rotor, &self.data)? })
+    }
 }
 
 #[derive(Deserialize)]
@@ -67,6 +87,12 @@ struct Holding {
 #[derive(Deserialize)]
 struct Going {
     branch: Option<usize>,
+}
+
+#[derive(Deserialize)]
+struct Dismissing {
+    /// Name of a recovery file.
+    name: String,
 }
 
 #[derive(Deserialize)]
@@ -155,16 +181,17 @@ fn changed(bench: &Workbench, change: &str, body: &[u8]) -> Result<view::StateVi
         }
         "preview" => {
             let PlacedEffect { effect, at } = asked(body)?;
-            bench.change(|bench| {
-                let step = bench.opened_mut()?.look_at(&effect, at.as_deref())?.clone();
-                bench.analysis(&step).map(drop)
-            })?;
+            bench.look_at(&effect, at.as_deref())?;
         }
         "add" => {
             let PlacedEffect { effect, at } = asked(body)?;
             bench.change(|bench| add(bench, &effect, at.as_deref()))?;
         }
         "plan" => bench.plan()?,
+        "dismiss" => {
+            let Dismissing { name } = asked(body)?;
+            bench.change(|bench| bench.dismiss(&name))?;
+        }
         _ => bench.change(|bench| small(bench, change, body))?,
     }
     view::state(&mut bench.lock())
@@ -189,7 +216,7 @@ fn small(bench: &mut Bench, change: &str, body: &[u8]) -> Result<()> {
     }
     let session = bench.opened_mut()?;
     match change {
-        "forget" => session.preview = None,
+        "forget" => session.forget_preview(),
         "undo" => session.undo(),
         "redo" => session.redo(),
         "put_back" => session.put_back(),
@@ -229,12 +256,19 @@ fn add(bench: &mut Bench, effect: &str, at: Option<&str>) -> Result<()> {
 fn open(bench: &mut Bench, opening: Opening) -> Result<()> {
     let session = match opening {
         Opening::Sample => Session::open(InputFiles::sample())?,
-        Opening::Hidden { seed } => {
-            let files = bench.session.as_ref().map_or_else(InputFiles::sample, |s| s.files.clone());
-            Session::hidden(&files, seed.map_or_else(random_seed, Ok)?)?
+        Opening::Hidden { seed, files } => {
+            let seed = seed.map_or_else(random_seed, Ok)?;
+            let files = match (files, &bench.session) {
+                (Some(paths), _) => paths.read()?,
+                (None, Some(session)) => session.files.clone(),
+                (None, None) => InputFiles::sample(),
+            };
+            return bench.practise(Session::hidden(&files, seed)?);
         }
-        Opening::Paths { rotor, data } => Session::open(InputFiles::read(&rotor, &data)?)?,
+        Opening::BeforeHidden => return bench.end_practice(),
+        Opening::Paths(paths) => Session::open(paths.read()?)?,
         Opening::SessionPath { path } => return bench.open_session(&path),
+        Opening::Recovered { name } => return bench.recover(&name),
         Opening::Files { files } => match files.as_slice() {
             [NamedText { name, text }] if name.ends_with(".json") => stored::parse(name, text)?,
             _ => Session::open(InputFiles::dropped(files)?)?,

@@ -21,6 +21,8 @@ use super::{FittedTo, Session};
 /// What tells a model with its readings from others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ModelKey {
+    /// Number of the session: another one can have the same file with other readings.
+    pub session: u64,
     pub file: String,
     pub held: Vec<ParameterId>,
     pub mask: Mask,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, bail};
 use rotor_edge::sample;
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::{self, Reading, SlowRoll};
 use rotor_edge_desktop::rotor_file;
 use serde::{Deserialize, Serialize};
 
@@ -16,11 +16,58 @@ pub struct NamedText {
     pub text: String,
 }
 
+/// Slow roll that somebody stated.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SlowRollInput {
+    /// A run of the measurements.
+    Run(String),
+    /// A file of its own.
+    File(NamedText),
+}
+
+impl SlowRollInput {
+    /// A file if there is one of that name, else a run of the measurements; `None` of an empty text.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn named(text: &str) -> Result<Option<Self>> {
+        Ok(match SlowRoll::named(text) {
+            _ if text.is_empty() => None,
+            SlowRoll::File(path) => Some(Self::File(NamedText { text: text_of(&path)?, name: text.into() })),
+            _ => Some(Self::Run(text.into())),
+        })
+    }
+
+    /// As it stands on a command line.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Run(name) | Self::File(NamedText { name, .. }) => name,
+        }
+    }
+}
+
+impl From<&SlowRollInput> for SlowRoll {
+    fn from(input: &SlowRollInput) -> Self {
+        match input {
+            SlowRollInput::Run(name) => Self::Run(name.clone()),
+            SlowRollInput::File(file) => Self::Text { name: file.name.clone(), text: file.text.clone() },
+        }
+    }
+}
+
+fn text_of(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read", path.display()))
+}
+
 /// A rotor's file and measurements of it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InputFiles {
     pub rotor: NamedText,
     pub data: NamedText,
+    /// Slow roll that is taken off the readings, in place of those that the rotor's file states.
+    #[serde(default)]
+    pub slow_roll: Option<SlowRollInput>,
     /// Where they were read from; `None` of a sample, of dropped files and of a hidden machine.
     pub paths: Option<[PathBuf; 2]>,
 }
@@ -32,6 +79,7 @@ impl InputFiles {
         Self {
             rotor: named("rotor.toml", sample::ROTOR),
             data: named("runup-day126.csv", sample::RUNUP_DAY_126),
+            slow_roll: None,
             paths: None,
         }
     }
@@ -41,12 +89,8 @@ impl InputFiles {
     /// # Errors
     /// If one cannot be read; both are checked by [`Self::parsed`].
     pub fn read(rotor: &Path, data: &Path) -> Result<Self> {
-        let text = |path: &Path| {
-            let text = std::fs::read_to_string(path);
-            text.with_context(|| format!("{}: cannot be read", path.display()))
-        };
         let named = |path: &Path, text: String| NamedText { name: path.display().to_string(), text };
-        let stated = text(rotor)?;
+        let stated = text_of(rotor)?;
         // a file that names tables beside it is kept with the tables in it
         let whole = match rotor_file::parse("", &stated) {
             Ok(_) => stated,
@@ -55,7 +99,8 @@ impl InputFiles {
         let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         Ok(Self {
             rotor: named(rotor, whole),
-            data: named(data, text(data)?),
+            data: named(data, text_of(data)?),
+            slow_roll: None,
             paths: Some([absolute(rotor), absolute(data)]),
         })
     }
@@ -80,7 +125,7 @@ impl InputFiles {
             bail!("expected one file of measurements (.csv) beside {}, got {}", rotor.name, names(&tables));
         };
         let rotor = if beside.is_empty() { rotor } else { with_tables(&rotor, &beside)? };
-        Ok(Self { rotor, data, paths: None })
+        Ok(Self { rotor, data, slow_roll: None, paths: None })
     }
 
     /// The machine and its readings.
@@ -89,7 +134,9 @@ impl InputFiles {
     /// One sentence with the file, the key or row and what was expected; also where the two do not belong together.
     pub fn parsed(&self) -> Result<(Rotor, Vec<Reading>)> {
         let rotor = rotor_file::parse(&self.rotor.name, &self.rotor.text)?;
-        let readings = measurement::parse(&self.data.name, &self.data.text, &rotor)?;
+        let slow_roll = self.slow_roll.as_ref().map(SlowRoll::from).unwrap_or_default();
+        let (name, text) = (&self.data.name, &self.data.text);
+        let readings = measurement::parse_with_slow_roll(name, text, &rotor, &slow_roll)?;
         Ok((rotor, readings))
     }
 }

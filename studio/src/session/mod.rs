@@ -18,6 +18,8 @@ pub mod practice;
 pub mod step;
 pub mod stored;
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use anyhow::{Result, anyhow, bail};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
@@ -28,6 +30,9 @@ use mask::Mask;
 use parameters::ParameterId;
 use practice::{Practice, Reveal};
 use step::{Branch, Step};
+
+/// Sessions of this process so far.
+static OPENED: AtomicU64 = AtomicU64::new(0);
 
 /// Names of the branches.
 pub const BRANCHES: [&str; 2] = ["A", "B"];
@@ -40,9 +45,20 @@ pub struct FittedTo {
     pub held: Vec<ParameterId>,
 }
 
+/// An effect that somebody wants to look at.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Looking {
+    /// No other wish has it.
+    pub number: u64,
+    pub effect: String,
+    pub at: Option<String>,
+}
+
 /// A session: plain data, and what is read from it.
 #[derive(Debug, Clone)]
 pub struct Session {
+    /// No other session of this process has it.
+    number: u64,
     pub files: InputFiles,
     /// The machine as it was given.
     pub given: Rotor,
@@ -55,12 +71,16 @@ pub struct Session {
     pub reveal: Option<Reveal>,
     /// An effect that is looked at before it is added.
     pub preview: Option<Step>,
+    /// One that is being fitted to be looked at.
+    pub looking: Option<Looking>,
     /// The current model with numbers that were moved by hand.
     pub moved: Option<Rotor>,
     /// Parameters that the next fit holds.
     pub held: Vec<ParameterId>,
     /// Whether something happened since it was saved.
     pub is_changed: bool,
+    /// Grows with everything that a saved session holds.
+    pub revision: u64,
 }
 
 impl Session {
@@ -76,6 +96,7 @@ impl Session {
     fn of(files: InputFiles, given: Rotor, readings: Vec<Reading>) -> Self {
         let first = Step::given(given.clone(), files.rotor.text.clone());
         Self {
+            number: OPENED.fetch_add(1, Ordering::Relaxed),
             files,
             given,
             readings,
@@ -85,9 +106,11 @@ impl Session {
             practice: None,
             reveal: None,
             preview: None,
+            looking: None,
             moved: None,
             held: Vec::new(),
             is_changed: false,
+            revision: 0,
         }
     }
 
@@ -127,18 +150,17 @@ impl Session {
 
     /// What tells a step with its readings from others.
     pub fn key(&self, step: &Step) -> ModelKey {
-        ModelKey { file: step.file.clone(), held: step.held().to_vec(), mask: self.mask.clone() }
+        ModelKey {
+            session: self.number,
+            file: step.file.clone(),
+            held: step.held().to_vec(),
+            mask: self.mask.clone(),
+        }
     }
 
-    /// Looks at an effect before it is added.
-    ///
-    /// # Errors
-    /// As `add`.
-    pub fn look_at(&mut self, effect: &str, at: Option<&str>) -> Result<&Step> {
-        let model = self.model()?;
-        let step = Step::adding(&model.rotor, &model.readings, effect, at)?;
-        self.moved = None;
-        Ok(self.preview.insert(step))
+    /// Looks at no effect any more.
+    pub fn forget_preview(&mut self) {
+        (self.preview, self.looking) = (None, None);
     }
 
     /// Adds an effect; the one that is looked at is not fitted again.
@@ -168,9 +190,15 @@ impl Session {
 
     /// Ends what is only looked at.
     fn forget_trials(&mut self) {
-        (self.preview, self.moved, self.reveal) = (None, None, None);
+        self.forget_preview();
+        (self.moved, self.reveal) = (None, None);
         self.held.clear();
+        self.mark_changed();
+    }
+
+    fn mark_changed(&mut self) {
         self.is_changed = true;
+        self.revision += 1;
     }
 
     pub fn undo(&mut self) {
@@ -227,7 +255,7 @@ impl Session {
         let mut moved = self.moved.clone().unwrap_or_else(|| from.clone());
         parameters::set(&mut moved, id, value)?;
         moved.validate()?;
-        self.preview = None;
+        self.forget_preview();
         self.moved = Some(moved);
         Ok(())
     }
@@ -260,7 +288,7 @@ impl Session {
         };
         practice.is_revealed = true;
         self.reveal = Some(practice.reveal(&self.given, self.branches[self.branch].taken())?);
-        self.is_changed = true;
+        self.mark_changed();
         Ok(())
     }
 }

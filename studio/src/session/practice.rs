@@ -50,7 +50,8 @@ impl Practice {
         let found = practice.simulated(machine)?;
         let text = String::from_utf8(simulated_file(machine, &found)?)?;
         let data = NamedText { name: format!("hidden-{seed}.csv"), text };
-        Ok((InputFiles { rotor: rotor.clone(), data, paths: None }, practice))
+        // simulated readings hold no other slow roll than those that the rotor's file states
+        Ok((InputFiles { rotor: rotor.clone(), data, slow_roll: None, paths: None }, practice))
     }
 
     fn request(&self) -> SimulationRequest {

@@ -102,13 +102,16 @@ impl Step {
     /// The same in words.
     pub fn words(&self) -> String {
         match &self.change {
-            Change::Added { effect, at } => {
-                let kind = effect.replace('_', " ");
-                at.as_ref().map_or_else(|| format!("with {kind}"), |at| format!("with {kind} at {at}"))
-            }
+            Change::Added { effect, at } => format!("with {}", effect_words(effect, at.as_deref())),
             _ => self.label(),
         }
     }
+}
+
+/// An effect at its place in words.
+pub fn effect_words(effect: &str, at: Option<&str>) -> String {
+    let kind = effect.replace('_', " ");
+    at.map_or_else(|| kind.clone(), |at| format!("{kind} at {at}"))
 }
 
 /// One line of steps; those behind the current one can be had again.

@@ -16,13 +16,16 @@ pub fn lines(session: &Session) -> Vec<String> {
         lines.push("# readings are left out: save those that are kept as kept.csv".into());
         data = "kept.csv".into();
     }
+    // the readings that are saved hold no runout any more
+    let slow_roll = session.files.slow_roll.as_ref().filter(|_| session.mask.is_empty());
+    let slow_roll = slow_roll.map(|s| format!(" --slow-roll {}", shell::word(s.name()))).unwrap_or_default();
     let path = |name: &str| shell::path(Path::new(name));
     for (k, step) in taken.iter().enumerate() {
         let output = if k + 1 == taken.len() { "better.toml".into() } else { format!("better-{k}.toml") };
         match &step.change {
             Change::Given => continue,
             Change::Added { .. } => lines.push(format!(
-                "rotor-edge add {} {} --data {} -o {output}",
+                "rotor-edge add {} {} --data {}{slow_roll} -o {output}",
                 path(&rotor),
                 shell::word(&step.label()),
                 path(&data)
@@ -36,6 +39,6 @@ pub fn lines(session: &Session) -> Vec<String> {
         }
         rotor = output;
     }
-    lines.push(format!("rotor-edge diagnose {} {}", path(&rotor), path(&data)));
+    lines.push(format!("rotor-edge diagnose {} {}{slow_roll}", path(&rotor), path(&data)));
     lines
 }

@@ -19,7 +19,7 @@ use serde::Serialize;
 use crate::session::analysis::{Analysis, DiagnosisState};
 use crate::session::mask::Mask;
 use crate::session::practice::Reveal;
-use crate::session::step::{Change, Step};
+use crate::session::step::{Change, Step, effect_words};
 use crate::session::{BRANCHES, Session};
 use crate::workbench::Bench;
 use measurements::FurtherView;
@@ -32,6 +32,15 @@ pub struct StateView {
     pub version: u64,
     /// `None` before anything is open.
     pub session: Option<SessionView>,
+    /// Sessions that were left behind unsaved.
+    unsaved: Vec<UnsavedView>,
+}
+
+#[derive(Debug, Serialize)]
+struct UnsavedView {
+    name: String,
+    sentence: String,
+    is_usable: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -50,6 +59,8 @@ pub struct SessionView {
     drawing: String,
     places: Vec<PlaceView>,
     preview: Option<PreviewView>,
+    /// The effect that is being fitted to be looked at, in words.
+    looking: Option<String>,
     parameters: Vec<ParameterView>,
     is_moved: bool,
     mask: MaskView,
@@ -118,6 +129,8 @@ struct MaskView {
 
 #[derive(Debug, Serialize)]
 struct PracticeView {
+    /// Whether there are measurements to go back to.
+    can_end: bool,
     is_revealed: bool,
     reveal: Option<Reveal>,
 }
@@ -128,7 +141,15 @@ struct PracticeView {
 /// If a model of the session cannot be fitted.
 pub fn state(bench: &mut Bench) -> Result<StateView> {
     let version = bench.version;
-    let Some(session) = bench.session.clone() else { return Ok(StateView { version, session: None }) };
+    let unsaved = bench.offers.iter().map(|offer| UnsavedView {
+        name: offer.name.clone(),
+        sentence: offer.sentence.clone(),
+        is_usable: offer.is_usable,
+    });
+    let unsaved = unsaved.collect();
+    let Some(session) = bench.session.clone() else {
+        return Ok(StateView { version, session: None, unsaved });
+    };
     let step = session.current().clone();
     let analysis = bench.analysis(&step)?;
     let taken = session.branches[session.branch].taken();
@@ -159,6 +180,7 @@ pub fn state(bench: &mut Bench) -> Result<StateView> {
     let branch = &session.branches[session.branch];
     Ok(StateView {
         version,
+        unsaved,
         session: Some(SessionView {
             machine: session.given.name.clone(),
             rotor_file: session.files.rotor.name.clone(),
@@ -177,10 +199,12 @@ pub fn state(bench: &mut Bench) -> Result<StateView> {
                 analysis.fit.model.comparison.relative_error,
             ),
             preview: preview(bench, &session, &analysis, candidates)?,
+            looking: session.looking.as_ref().map(|l| effect_words(&l.effect, l.at.as_deref())),
             parameters: parameters::all(&session, &analysis.fit.best.rotor),
             is_moved: session.moved.is_some(),
             mask: mask_view(&session, &analysis),
             practice: session.practice.as_ref().map(|practice| PracticeView {
+                can_end: bench.is_practising(),
                 is_revealed: practice.is_revealed,
                 reveal: session.reveal.clone(),
             }),

@@ -67,12 +67,17 @@ impl Studio {
         answer.json()["error"].as_str().unwrap().to_string()
     }
 
+    /// Everything that the page shows.
+    pub fn state(&self) -> Value {
+        let (server, path) = self.parts();
+        request(server, "GET", &format!("{path}api/state"), server, "").json()
+    }
+
     /// The session as soon as its model is diagnosed.
     pub fn diagnosed(&self) -> Value {
         let begun = Instant::now();
-        let (server, path) = self.parts();
         loop {
-            let state = request(server, "GET", &format!("{path}api/state"), server, "").json();
+            let state = self.state();
             if state["session"]["verdict"]["word"] != "working" {
                 return state["session"].clone();
             }

@@ -4,6 +4,7 @@ mod browser;
 mod client;
 mod kept;
 mod look;
+mod own_files;
 mod page_of_book;
 mod program;
 mod refusals;

@@ -15,6 +15,7 @@ impl Studio {
     pub fn start<S: AsRef<OsStr>>(folder: &Path, words: &[S]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_rotor-edge-studio"))
             .current_dir(folder)
+            .env("XDG_STATE_HOME", folder.join("state"))
             .args(words)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -24,6 +25,15 @@ impl Studio {
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
         let address = line.split_whitespace().next().expect("it says its address").to_string();
         Self { child, address }
+    }
+}
+
+impl Studio {
+    /// Ends it as Ctrl-C does.
+    pub fn interrupt(mut self) {
+        let number = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &number]).status().unwrap().success());
+        assert!(self.child.wait().unwrap().success());
     }
 }
 
@@ -39,6 +49,7 @@ impl Drop for Studio {
 pub fn refused<S: AsRef<OsStr>>(folder: &Path, words: &[S]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_rotor-edge-studio"))
         .current_dir(folder)
+        .env("XDG_STATE_HOME", folder.join("state"))
         .args(words)
         .output()
         .unwrap();
