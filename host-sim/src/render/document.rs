@@ -117,12 +117,21 @@ impl PageTable {
                     caption { (self.caption) }
                     thead { tr { @for name in &self.columns { th scope="col" { (name) } } } }
                     tbody {
-                        @for row in &self.rows { tr { @for cell in row { td { (cell) } } } }
+                        @for row in &self.rows { tr { @for cell in row { td class=[is_number(cell).then_some("number")] { (cell) } } } }
                     }
                 }
             }
         }
     }
+}
+
+/// Longest number with its unit or interval that is kept on one line.
+const LONGEST_NUMBER: usize = 18;
+
+/// Whether a cell is a number, with a unit or an interval behind it.
+fn is_number(cell: &str) -> bool {
+    let first = cell.trim_start_matches(['-', '−', '+', '±', '<']).chars().next();
+    first.is_some_and(|c| c.is_ascii_digit()) && cell.chars().count() <= LONGEST_NUMBER
 }
 
 #[cfg(test)]
