@@ -1,6 +1,6 @@
 //! The answer of a plan.
 
-use super::UnbalanceSource;
+use super::{Campaign, UnbalanceSource};
 use crate::diagnose::PlaneUnbalances;
 use crate::effects::Knowledge;
 use crate::machine::drawing::{EffectEntry, Noise};
@@ -84,6 +84,8 @@ impl EffectPlan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FurtherMeasurement {
     pub measurement: String,
+    /// The planned measurements with this one.
+    pub campaign: Campaign,
     /// Expected information on what is missing and on the unbalance, bits.
     pub gain_bits: f64,
     /// Effects that would be found at their relevant size, and how many without it.
@@ -114,6 +116,8 @@ pub struct Plan {
     pub planes: PlaneUnbalances,
     /// Further measurements, those that help most first.
     pub next: Vec<FurtherMeasurement>,
+    /// The measurements that are planned.
+    pub campaign: Campaign,
     /// What was assumed, one sentence each.
     pub remarks: Vec<String>,
 }

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector};
 use crate::diagnose::advice::Measurement;
 use crate::error::Error;
 use crate::grade::{Rigid, USUAL_GRADE_MM_S, permissible_g_mm};
-use crate::machine::drawing::{AddedUnbalance, Noise, Plane, Probe, Rotor, Run};
+use crate::machine::drawing::{AddedUnbalance, EffectEntry, Noise, Plane, Probe, Rotor, Run};
 use crate::measurement::Reading;
 use crate::reduction::basis;
 use crate::reduction::sizes::SIMULATED;
@@ -50,7 +50,7 @@ pub enum UnbalanceSource {
 }
 
 /// Measurements of one machine.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Campaign {
     /// With the runs that are measured.
     pub rotor: Rotor,
@@ -97,6 +97,16 @@ impl Campaign {
         let mut campaign = Self { readings, unbalance_kg_m, source, noise: Noise::default(), rotor };
         campaign.noise = Noise::of(&campaign.rotor, &campaign.readings()?);
         Ok(campaign)
+    }
+
+    /// What the machine would show with an effect that its file lacks, without noise.
+    ///
+    /// # Errors
+    /// If it is singular at a speed, or vibrates nowhere.
+    pub fn readings_with(&self, effect: &EffectEntry) -> Result<Vec<Reading>, Error> {
+        let mut machine = self.clone();
+        machine.rotor.effect.push(effect.clone());
+        machine.readings()
     }
 
     /// What the machine as stated would show.

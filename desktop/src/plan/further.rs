@@ -64,7 +64,7 @@ impl Further {
             let then = Self::by(more, &sizes);
             progress.step();
             // a further measurement in which the machine cannot be computed is none that helps
-            then.ok().map(|then| then.beyond(&now, measurement.clone()))
+            then.ok().map(|then| then.beyond(&now, measurement.clone(), more.clone()))
         };
         let all: Vec<Option<FurtherMeasurement>> = campaigns.par_iter().map(try_one).collect();
         let mut all: Vec<FurtherMeasurement> = all.into_iter().flatten().collect();
@@ -114,12 +114,13 @@ impl Further {
     }
 
     /// What these measurements are worth beyond others.
-    fn beyond(self, before: &Self, measurement: String) -> FurtherMeasurement {
+    fn beyond(self, before: &Self, measurement: String, campaign: Campaign) -> FurtherMeasurement {
         let ratio = |(then, now): (&f64, &f64)| if *now > 0.0 && now.is_finite() { then / now } else { 1.0 };
         let half_widths: Vec<f64> = self.half_widths.iter().zip(&before.half_widths).map(ratio).collect();
         let by_planes: f64 = half_widths.iter().map(|r| -2.0 * r.max(f64::MIN_POSITIVE).log2()).sum();
         FurtherMeasurement {
             measurement,
+            campaign,
             gain_bits: self.bits - before.bits + by_planes,
             found: [self.found, before.found],
             alone: [self.alone, before.alone],

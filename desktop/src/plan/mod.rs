@@ -32,7 +32,7 @@ mod tests;
 use rayon::prelude::*;
 
 pub use answer::{EffectPlan, EffectSize, FurtherMeasurement, Imitation, Plan, SizedParameter};
-pub use campaign::{PlanRequest, UnbalanceSource, runs_of};
+pub use campaign::{Campaign, PlanRequest, UnbalanceSource, runs_of};
 
 use crate::diagnose::rank;
 use crate::error::Error;
@@ -40,7 +40,6 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Rotor, Tolerance};
-use campaign::Campaign;
 use further::Further;
 use planned::PlannedModel;
 
@@ -90,6 +89,7 @@ pub fn plan_telling(rotor: &Rotor, request: &PlanRequest, told: ProgressListener
         effects,
         planes,
         next,
+        campaign,
         remarks,
     })
 }
