@@ -139,6 +139,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn numbers_with_units_and_intervals_stay_on_one_line() {
+        for cell in ["100.0 %", "−8.0 ± 0.2", "1549.8 to 1802.8", "<0.1 %", "58.10 MN/m"] {
+            assert!(is_number(cell), "{cell}");
+        }
+        for cell in ["", "–", "the data", "+ pedestal@OB", "49.6 (at 1650; noise 3.2)"] {
+            assert!(!is_number(cell), "{cell}");
+        }
+    }
+
+    #[test]
     fn identifiers_are_letters_digits_and_hyphens() {
         assert_eq!(identifier("Bode, run “day 126”"), "bode-run-day-126");
     }
