@@ -199,9 +199,11 @@ function seriesOptions(series, index, theme, along, grid) {
     ...base, ...bend, type: "line", symbol: "circle", symbolSize: 7, showSymbol: series.rows.length === 1 || !along, lineStyle: style, ...unseen, ...rest,
   });
   const points = (symbol, size, style, rest) => ({ ...base, type: "scatter", symbol, symbolSize: size, itemStyle: { opacity: 1, ...style }, z: 4, ...rest });
+  // more than one a pixel would hide the line that they are held against
+  const isDense = series.rows.length > grid.width;
   const ring = (width) => ({ color: "transparent", borderColor: colour, borderWidth: width });
   switch (kind) {
-    case "measured": return [points("circle", 6, ring(1.1))];
+    case "measured": return [isDense ? points("circle", 3, ring(0.7)) : points("circle", 6, ring(1.1))];
     case "measured_line": return [line({ color: theme.ink, width: 1.5, type: "solid" })];
     case "model": return [line({ color: colour, width: 1.9, type: dash })];
     case "faint": return [line({ color: theme.line, width: 0.8, type: "solid" }, { z: 1, showSymbol: false })];
