@@ -3,18 +3,15 @@
 //!
 //!     cargo run --release -p rotor-edge-desktop --example plan_power -- [DRAWS]     40 if nothing is said
 //!
-//! The simulated machines are those of the plan with noise of their file: independent and normal, from stated seeds.
+//! The machines are those of the plan, simulated as `simulate` does, from stated seeds.
 
 use std::path::Path;
 
-use nalgebra::Complex;
-use rand::rngs::StdRng;
-use rand::{Rng, SeedableRng};
-use rand_distr::StandardNormal;
 use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, SURE, diagnose};
 use rotor_edge_desktop::machine::drawing::EffectEntry;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::plan::{Campaign, EffectPlan, Plan, PlanRequest, plan};
+use rotor_edge_desktop::simulate::{SimulationRequest, simulate};
 use rotor_edge_desktop::{measurement, rotor_file};
 
 /// Machines, each planned at the speeds at which it was measured.
@@ -35,15 +32,26 @@ const NEAR: f64 = 0.1;
 const UNDECIDED: usize = 20;
 const UNDECIDED_EACH: usize = 4;
 
-/// What a campaign shows of a machine with an effect, with noise.
+/// What a campaign shows of a machine with an effect, simulated on full finite elements with noise.
 fn simulated(campaign: &Campaign, effect: &EffectEntry, seed: u64) -> Option<Vec<Reading>> {
-    let mut readings = campaign.readings_with(effect).ok()?;
-    let mut random = StdRng::seed_from_u64(seed);
-    let mut noise = || -> f64 { random.sample(StandardNormal) };
-    for y in readings.iter_mut().flat_map(|r| r.probes.iter_mut().flatten()) {
-        let sd = campaign.noise.sigma_m(*y);
-        *y += Complex::new(noise() * sd, noise() * sd);
-    }
+    let mut machine = campaign.rotor.clone();
+    machine.effect.push(effect.clone());
+    let planes = machine.plane.iter().map(|plane| plane.name.clone());
+    let mut speeds_rpm: Vec<f64> = campaign.schedule().map(|(_, speed_rpm)| speed_rpm).collect();
+    speeds_rpm.sort_by(f64::total_cmp);
+    speeds_rpm.dedup();
+    let request = SimulationRequest {
+        unbalance_kg_m: planes.zip(campaign.unbalance_kg_m.iter().copied()).collect(),
+        speeds_rpm,
+        noise: Some(campaign.noise),
+        seed,
+        ..SimulationRequest::default()
+    };
+    let mut readings = simulate(&machine, &request).ok()?.readings;
+    let planned = |r: &Reading| {
+        campaign.schedule().any(|(run, speed_rpm)| run == r.run.as_deref() && speed_rpm == r.speed_rpm)
+    };
+    readings.retain(planned);
     Some(readings)
 }
 

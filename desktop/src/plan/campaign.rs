@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector};
 use crate::diagnose::advice::Measurement;
 use crate::error::Error;
 use crate::grade::{Rigid, USUAL_GRADE_MM_S, permissible_g_mm};
-use crate::machine::drawing::{AddedUnbalance, EffectEntry, Noise, Plane, Probe, Rotor, Run};
+use crate::machine::drawing::{AddedUnbalance, Noise, Plane, Probe, Rotor, Run};
 use crate::measurement::Reading;
 use crate::reduction::basis;
 use crate::reduction::sizes::SIMULATED;
@@ -99,14 +99,11 @@ impl Campaign {
         Ok(campaign)
     }
 
-    /// What the machine would show with an effect that its file lacks, without noise.
-    ///
-    /// # Errors
-    /// If it is singular at a speed, or vibrates nowhere.
-    pub fn readings_with(&self, effect: &EffectEntry) -> Result<Vec<Reading>, Error> {
-        let mut machine = self.clone();
-        machine.rotor.effect.push(effect.clone());
-        machine.readings()
+    /// Name of the run and speed, rpm, of every reading.
+    pub fn schedule(&self) -> impl Iterator<Item = (Option<&str>, f64)> {
+        self.readings
+            .iter()
+            .map(|(run, speed_rpm)| (run.map(|k| self.rotor.run[k].name.as_str()), *speed_rpm))
     }
 
     /// What the machine as stated would show.
