@@ -76,9 +76,9 @@ fn missing_marks_are_bridged_and_told_with_their_share() {
         &says,
         &["turns are unlike those beside them", "pulses are missing or false", "a clear pulse in each turn"],
     );
-    // one tooth of a wheel of three is not one mark in three that is missing
+    // one tooth of a wheel of three is not one mark in three that is missing; phases count from the tooth behind the gap
     let wheel =
-        |t: f64| if (3.0 * t).floor().rem_euclid(3.0) == 1.0 { 0.0 } else { pulse(3.0 * t, 0.0, 0.1) };
+        |t: f64| if (3.0 * t).floor().rem_euclid(3.0) == 2.0 { 0.0 } else { pulse(3.0 * t, 0.0, 0.1) };
     let wheel = file(&folder, &recording, wheel);
     let says = refused(&folder, &wheel, &DC);
     assert_says(
