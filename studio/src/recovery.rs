@@ -1,5 +1,5 @@
-//! Sessions that have no file yet: each is kept in a recovery file of its own, in a folder of the user, until it is saved or
-//! dismissed.
+//! Sessions that have no file yet: each is kept in its own recovery file, in a folder of the user, until somebody saves or dismisses
+//! the session.
 
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};

@@ -350,6 +350,7 @@ fn one_hidden_effect_is_named_first_or_in_its_group() {
 
 /// What only `tests/all` runs.
 mod slow {
+    mod far_drawing;
     mod film;
     mod mistakes;
     mod noise;

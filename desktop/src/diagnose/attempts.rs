@@ -112,8 +112,9 @@ impl BaseModel<'_> {
         Ok(best.filter(|(_, noise)| explains(noise, self)).map(|(t, _)| t.evidence + 2.0 * NEGLIGIBLE.ln()))
     }
 
-    /// Where the model fits far better on a drawing of its own than around the stated one, the search around the stated one can miss
-    /// what only shows on a drawing like that. Candidates are then sought on it too; the best come first, and with it, and are counted.
+    /// The model can fit far better on the drawing errors of its own optimum than around the stated drawing. The search around the stated
+    /// drawing then misses effects that show only with such errors, so candidates are sought with them too. The best few come first, with
+    /// that drawing and their fit on it; the number of them is returned.
     fn likely_on_own_drawing(&self, tried: &mut [CandidateFit]) -> usize {
         let stated = self.fitter.cost_under_own_scatter(&self.search.1, &self.search.0);
         if self.fitter.drawing_is_exact() || stated - self.fit.cost < -2.0 * NEGLIGIBLE.ln() {
@@ -261,7 +262,7 @@ impl BaseModel<'_> {
         Ok(noise)
     }
 
-    /// Settles noise and drawing errors together with a candidate that has a drawing of its own.
+    /// Settles noise and drawing errors together with a candidate whose drawing errors are settled under the noise as stated.
     fn take_own_noise(&self, t: &mut CandidateFit) -> Result<(), Error> {
         let with = self.hypothesis.with(t.placed);
         let (fit, own) = self.fitter.under_own_scatter(&with, t.fit.clone(), t.drawing(self).as_it_is())?;

@@ -52,7 +52,7 @@ pub struct ProbeRecord {
 }
 
 impl Columns {
-    /// Whether a row holds neither a speed nor a probe: of its time nothing else is known.
+    /// Whether a row holds neither a speed nor a reading of any probe.
     fn is_lost(&self, record: &csv::StringRecord) -> bool {
         let cells = self.probes.iter().flatten().chain([&self.speed_rpm]);
         { cells }.all(|column| record.get(*column).is_none_or(|cell| cell.trim().is_empty()))

@@ -76,7 +76,7 @@ fn slow_roll_is_subtracted_as_diagnose_subtracts_it() {
 }
 
 #[test]
-fn effect_hidden_in_own_machine_is_revealed_and_left_for_its_measurements() {
+fn effect_hidden_in_own_machine_is_revealed() {
     let folder = folder();
     let studio = Studio::start(folder.path(), &["mine.toml", "mine.csv"]);
     let own = studio.diagnosed();

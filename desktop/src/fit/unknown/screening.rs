@@ -132,3 +132,39 @@ impl UnderNoise {
         Allowance::new(white)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::statistics::between_runs::RunErrors;
+    use crate::statistics::scatter::Predecessors;
+    use crate::statistics::whitening::DataScatter;
+
+    #[test]
+    fn cause_of_a_size_costs_what_it_does_as_part_of_the_noise() {
+        let (rows, size) = (24, 0.3);
+        let waves = |columns: usize, by: f64| {
+            DMatrix::from_fn(rows, columns, |i, j| ((i * (j + 2)) as f64 * by + j as f64).sin())
+        };
+        let scattered = DataScatter {
+            series: Arc::new(Predecessors::new([0; 12])),
+            runs: RunErrors::none(rows),
+            scatter: Scatter { scale: 1.3, correlation: 0.4, between_runs: 0.0 },
+            free: rows as f64,
+            stated_log_sd: 0.4,
+        };
+        let noise = Whitening::new(waves(3, 0.7), DVector::from_vec(vec![0.5, -0.2, 0.1]), scattered);
+        let (columns, target, response) = (waves(2, 0.31), waves(1, 1.7).column(0) * 5.0, waves(4, 0.13));
+        let with = noise.with(&(&response * size));
+        let expected = LinearSolution::new(columns.clone(), target.clone(), &with).unwrap();
+
+        let model = StillModel { columns, target, prior_cost: 2.0, used_up: 2.0 };
+        let under = model.under(noise);
+        let found = model.tried(&under, &response, &under.shown(&response), size).unwrap();
+        assert!((found.cost - expected.weighted.norm_squared() - with.cost() - 2.0).abs() < 1e-9);
+        assert!((found.growth - with.growth(&expected.left, 4)).abs() < 1e-9);
+        assert!((found.determined - with.determined(4)).abs() < 1e-9);
+    }
+}

@@ -3,9 +3,10 @@
 use anyhow::{Result, bail};
 
 use super::mark::Mark;
+use super::mark::UnequalMarks;
 use super::pulses::{Pulses, pulses};
 use super::settings::KeyphasorSettings;
-use super::train::{UnequalMarks, held_off, repaired};
+use super::train::{held_off, repaired};
 use super::{smooth, wheel};
 use crate::ingest::samples::Channel;
 

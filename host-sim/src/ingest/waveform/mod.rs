@@ -110,6 +110,22 @@ pub struct MarksAccount {
     pub reference_lost_s: Option<f64>,
 }
 
+impl MarksAccount {
+    fn of(Referenced { marks, samples_a_turn, rate_hz, .. }: &Referenced) -> Self {
+        Self {
+            samples_a_turn: *samples_a_turn,
+            missed_pulses: marks.missed,
+            missing_teeth: marks.missing_teeth,
+            is_after_gap: marks.is_after_gap,
+            extra: marks.extra,
+            filled: marks.filled,
+            in_all: marks.all.len(),
+            is_smoothed: marks.is_smoothed,
+            reference_lost_s: marks.reference_lost.map(|sample| sample as f64 / rate_hz),
+        }
+    }
+}
+
 /// A probe as it was recorded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
@@ -194,7 +210,6 @@ fn of_file(
         RecordingContext { run: run.as_deref(), begins_s, rate_hz, zero_v: 1e-3 * f64::from(zero_mv) };
     let each = vectors::readings(&windows, &recorded, settings);
     let (readings, compensated) = held_or_binned(each, settings);
-    let seconds = |sample: usize| sample as f64 / rate_hz;
     let turning = AngularSamples { probes: &assigned, marks: &marks.all, rate_hz, unit_per_number, settings };
     let mut doubts = match &found.key {
         Some((_, key)) => doubts(&format!("{file}: channel {key}"), &turning, marks)?,
@@ -222,7 +237,7 @@ fn of_file(
         file: file.clone(),
         run,
         rate_hz,
-        duration_s: seconds(length),
+        duration_s: length as f64 / rate_hz,
         unit: settings.unit(),
         revolutions: settings.revolutions,
         keyphasor: (found.key.as_ref().map_or(String::new(), |(_, name)| name.clone()), marks.threshold),
@@ -235,17 +250,7 @@ fn of_file(
         losses,
         drifted,
         doubts,
-        marks: MarksAccount {
-            samples_a_turn: found.samples_a_turn,
-            missed_pulses: marks.missed,
-            missing_teeth: marks.missing_teeth,
-            is_after_gap: marks.is_after_gap,
-            extra: marks.extra,
-            filled: marks.filled,
-            in_all: marks.all.len(),
-            is_smoothed: marks.is_smoothed,
-            reference_lost_s: marks.reference_lost.map(seconds),
-        },
+        marks: MarksAccount::of(&found),
     })
 }
 

@@ -5,8 +5,9 @@ use rotor_edge_core::extraction::KeyphasorDetector;
 
 use super::counts::ConvertedChannels;
 use super::mark::Mark;
+use super::mark::intervals;
 use super::settings::KeyphasorSettings;
-use super::train::{intervals, regular_share};
+use super::train::regular_share;
 use crate::ingest::samples::{Channel, Samples};
 
 /// Pulses are regular if they are for so large a part of the time; then no other levels are tried.

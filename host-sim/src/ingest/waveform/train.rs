@@ -1,30 +1,16 @@
 //! Marks of a keyphasor that has one a turn: what is too many, what is missing, what repeats.
 
 use super::bridge::bridged;
-use super::mark::Mark;
+use super::mark::{
+    ALIKE, LONGEST_FILL, Mark, OFF_BEAT, Repaired, SAMPLE, UnequalMarks, equal_steps, intervals,
+};
 
-/// Intervals that differ by less are alike, relative to their mean.
-pub const ALIKE: f64 = 0.1;
-/// A mark that is missing or too many shifts nothing by more than this part of a turn.
-pub const OFF_BEAT: f64 = 0.15;
-/// Turns without a mark that are filled in, at most.
-pub const LONGEST_FILL: usize = 4;
-/// So many gaps at equal distances are a wheel's, or one pulse's that fails in each of its turns.
-const FEWEST_GAPS: usize = 3;
 /// Intervals repeat if what differs is less than this part of the time, and a third of what differs one interval on.
 const REPEATED: f64 = 0.05;
 /// Marks at either end of a file that may be false.
 const MOST_ODD: usize = 3;
 /// A pulse that follows so soon, as a part of the turn, is a second trigger of the same mark.
 const SECOND_TRIGGER: f64 = 0.25;
-
-/// Lengths between marks, samples.
-pub fn intervals(marks: &[Mark]) -> Vec<f64> {
-    marks.windows(2).map(|pair| pair[1].at() - pair[0].at()).collect()
-}
-
-/// A mark between two samples may be known to one sample only, and so may the length between two.
-pub const SAMPLE: f64 = 1.0 + 1e-6;
 
 fn is_alike(a: f64, b: f64) -> bool {
     (a - b).abs() <= (ALIKE * 0.5 * (a + b)).max(SAMPLE)
@@ -127,27 +113,6 @@ fn typical(intervals: &[f64]) -> f64 {
         .unwrap_or(0.0)
 }
 
-/// Marks, one a turn, as they are meant.
-#[derive(Debug, Default)]
-pub struct Repaired {
-    pub marks: Vec<Mark>,
-    /// Marks that were left out as they came between two turns.
-    pub extra: usize,
-    /// Marks that did not come and were put in.
-    pub filled: usize,
-    /// Turns from one gap to the next, where these are equal.
-    pub gap_every: Option<usize>,
-    /// How many repeat, where marks come at unequal distances throughout.
-    pub unequal: Option<UnequalMarks>,
-}
-
-/// Marks of a turn that come at unequal distances, turn by turn.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnequalMarks {
-    /// Parts of a turn from each to the next.
-    pub parts: Vec<f64>,
-}
-
 /// Marks between stretches of alike turns are put right where the stretches agree on the turn's length; others stay.
 pub fn repaired(pulses: &[Mark]) -> Repaired {
     let all = intervals(pulses);
@@ -182,7 +147,7 @@ pub fn repaired(pulses: &[Mark]) -> Repaired {
                         None => {
                             gaps.push(repaired.marks.len());
                             repaired.filled += 1;
-                            repaired.marks.push(mark_at(due));
+                            repaired.marks.push(Mark::between(due));
                         }
                     }
                 }
@@ -245,20 +210,6 @@ fn odd_stretch(all: &[f64], i: usize, before: f64) -> Option<(usize, usize, f64)
     None
 }
 
-pub fn mark_at(at: f64) -> Mark {
-    let sample = at.ceil();
-    Mark { sample: sample as usize, age: (sample - at) as f32 }
-}
-
-/// The distance of places that are equally far from one another, each a run of neighbours.
-pub fn equal_steps(places: &[usize]) -> Option<usize> {
-    let starts: Vec<usize> =
-        (0..places.len()).filter(|i| *i == 0 || places[*i] != places[i - 1] + 1).map(|i| places[i]).collect();
-    let mut steps = starts.windows(2).map(|pair| pair[1] - pair[0]);
-    let first = steps.next()?;
-    (starts.len() >= FEWEST_GAPS && steps.all(|step| step == first)).then_some(first)
-}
-
 /// Several marks a turn: second triggers of the first are left out, others are told.
 fn unequal(pulses: &[Mark], all: &[f64], period: usize) -> Repaired {
     let (gap, part) = longest(all, period);
@@ -280,7 +231,7 @@ mod tests {
     use super::*;
 
     fn at(places: &[f64]) -> Vec<Mark> {
-        places.iter().map(|at| mark_at(*at)).collect()
+        places.iter().map(|at| Mark::between(*at)).collect()
     }
 
     fn places(marks: &[Mark]) -> Vec<f64> {
@@ -346,5 +297,56 @@ mod tests {
         let shown: Vec<f64> = (0..70).filter(|k| k % 7 != 3).map(|k| 100.0 * f64::from(k)).collect();
         let repaired = repaired(&at(&shown));
         assert_eq!((repaired.filled, repaired.gap_every), (10, Some(7)));
+    }
+
+    #[test]
+    fn missing_marks_of_any_share_up_to_one_in_three_are_bridged() {
+        // a linear congruential generator: at random, and the same each time
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        for share in [0.1, 0.25, 1.0 / 3.0] {
+            for exponent in [1.0, 0.9] {
+                // steady, and a run-up after some turns
+                let turns: Vec<f64> = (20..220).map(|k| 1000.0 * f64::from(k).powf(exponent)).collect();
+                let mut shown = turns.clone();
+                let (first, last) = (turns[0], turns[199]);
+                // at most four in a row
+                let mut run = 0;
+                shown.retain(|at| {
+                    let stays = *at == first || *at == last || random() >= share || run == LONGEST_FILL;
+                    run = if stays { 0 } else { run + 1 };
+                    stays
+                });
+                let repaired = repaired(&at(&shown));
+                assert_eq!(repaired.filled, turns.len() - shown.len(), "{share} {exponent}");
+                let off = |(a, b): (&Mark, &f64)| (a.at() - b).abs() / 1000.0;
+                let off = repaired.marks.iter().zip(&turns).map(off).fold(0.0, f64::max);
+                assert!(off < 0.01 && repaired.gap_every.is_none(), "{share} {exponent}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn pause_between_missing_marks_is_not_filled() {
+        let paused = |k: i32| (40..50).contains(&k) || k % 4 == 3;
+        let shown: Vec<f64> = (0..90).filter(|k| !paused(*k)).map(|k| 100.0 * f64::from(k)).collect();
+        let repaired = repaired(&at(&shown));
+        assert_eq!(repaired.filled, (0..89).filter(|k| k % 4 == 3 && !(39..50).contains(k)).count());
+        assert!(intervals(&repaired.marks).iter().filter(|d| **d > 101.0).count() == 1);
+    }
+
+    #[test]
+    fn second_triggers_are_not_taken_for_missing_marks() {
+        for (every, part) in [(5, 0.5), (5, 0.25), (1, 0.25), (1, 0.2)] {
+            let shown: Vec<f64> = (0..60)
+                .flat_map(|k| [Some(f64::from(k)), (k % every == 0).then_some(f64::from(k) + part)])
+                .flatten()
+                .map(|turn| 1000.0 * turn)
+                .collect();
+            assert_eq!(repaired(&at(&shown)).filled, 0, "{every} {part}");
+        }
     }
 }

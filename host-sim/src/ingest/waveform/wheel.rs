@@ -3,7 +3,8 @@
 use anyhow::{Result, bail};
 
 use super::mark::Mark;
-use super::train::{intervals, mismatch};
+use super::mark::intervals;
+use super::train::mismatch;
 
 /// Pulses from whose intervals the first is judged.
 const FIRST_PULSES: usize = 9;
