@@ -159,7 +159,9 @@ fn main() -> Result<ExitCode> {
     let mut runs: Vec<Option<String>> = all.iter().map(|r| r.run.clone()).collect();
     runs.dedup();
     let by_runs = series("runs", &[10, 20, 40, 80], OF_DATA, |count| {
-        let kept: Vec<Reading> = all.iter().filter(|r| runs[..count].contains(&r.run)).cloned().collect();
+        // spread over all sessions of measurement, so that the model misfits in the same way
+        let kept: Vec<_> = runs.iter().step_by(runs.len() / count).take(count).collect();
+        let kept: Vec<Reading> = all.iter().filter(|r| kept.contains(&&r.run)).cloned().collect();
         Ok(diagnose(&rig, &kept).map(drop)?)
     })?;
     let by_bearings = series("bearings", &[2, 4, 8, 12], OF_BEARINGS, |bearings| {
