@@ -4,7 +4,8 @@
 //! what is saved as CSV.
 
 use maud::{Markup, PreEscaped, html};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use serde_json::Value;
 
 use crate::scale::round_to;
 
@@ -35,7 +36,7 @@ pub struct Turn {
     /// How far the axes reach to every side.
     pub reach: f64,
     /// Real and imaginary part of the phasors along x and y, of every path in the order in which they are drawn.
-    pub paths: Vec<Vec<f64>>,
+    pub paths: Vec<[f64; 4]>,
 }
 
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -59,14 +60,18 @@ pub struct Axis {
     pub to: Option<f64>,
     pub step: Option<f64>,
     /// Whether zero is on it.
+    #[serde(skip_serializing_if = "is_false")]
     pub from_zero: bool,
     /// Names of rows at 0, 1, 2, … in place of numbers.
     pub rows: Vec<String>,
     /// Whether it is left away.
+    #[serde(skip_serializing_if = "is_false")]
     pub is_hidden: bool,
     /// Whether equal ratios are equally long; then [`Axis::from`] and [`Axis::to`] are stated and positive.
+    #[serde(skip_serializing_if = "is_false")]
     pub is_log: bool,
     /// The moment of zero in ISO 8601, of an axis of days; its labels are then dates.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub begin: Option<String>,
 }
 
@@ -79,11 +84,27 @@ pub struct ChartSeries {
     pub look: Look,
     /// What the numbers of a point are; the first two are its place.
     pub columns: Vec<Column>,
+    #[serde(serialize_with = "whole_numbers_short")]
     pub rows: Vec<Vec<f64>>,
+    /// In place of rows: a part of a turn, whose points the page's script computes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arc: Option<Arc>,
     /// What is written at each point, of [`Look::Words`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub words: Vec<String>,
     /// Whether a line is drawn as a curve through its points, as a bent shaft is.
+    #[serde(skip_serializing_if = "is_false")]
     pub is_curved: bool,
+}
+
+/// A part of a circle or an ellipse; the columns of its points are x, y and the angle turned, degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Arc {
+    /// Real and imaginary part of the phasors along x and y.
+    pub path: [f64; 4],
+    pub from_deg: f64,
+    pub to_deg: f64,
+    pub step_deg: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -117,6 +138,21 @@ pub enum Look {
     Cells,
 }
 
+/// A page holds thousands of settings that are the usual ones: these are left away, and the script takes what is not there for no.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes fields by reference")]
+fn is_false(value: &bool) -> bool {
+    !value
+}
+
+/// Whole numbers without ".0": a page holds tens of thousands of them.
+fn whole_numbers_short<S: Serializer>(rows: &[Vec<f64>], serializer: S) -> Result<S::Ok, S::Error> {
+    let number = |value: &f64| match *value {
+        value if value.fract() == 0.0 => Value::from(value as i64),
+        value => Value::from(value),
+    };
+    serializer.collect_seq(rows.iter().map(|row| row.iter().map(number).collect::<Vec<Value>>()))
+}
+
 /// Which part of a word stands at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -134,6 +170,7 @@ pub struct Column {
     /// Such as "µm pk-pk".
     pub unit: String,
     /// Whether charts of one group meet at equal values of it.
+    #[serde(skip_serializing_if = "is_false")]
     pub is_key: bool,
 }
 
@@ -151,6 +188,13 @@ impl Column {
     pub fn of_axis(name: &str) -> Self {
         let (name, unit) = name.split_once(", ").unwrap_or((name, ""));
         Self::new(name, unit)
+    }
+}
+
+impl Arc {
+    /// Of a circle around the origin, counter-clockwise from the right.
+    pub fn of_circle(radius: f64, from_deg: f64, to_deg: f64) -> Self {
+        Self { path: [radius, 0.0, 0.0, -radius], from_deg, to_deg, step_deg: 3.0 }
     }
 }
 
@@ -195,6 +239,14 @@ impl Chart {
         self.put(panel, None, look, Vec::new(), rows);
     }
 
+    /// Draws a part of a turn; without a name it belongs to the paper.
+    pub fn turn(&mut self, panel: usize, name: Option<&str>, look: Look, columns: &[Column], arc: Arc) {
+        self.put(panel, name.map(Into::into), look, columns.to_vec(), [[0.0; 0]; 0]);
+        if let Some(series) = self.series.last_mut() {
+            series.arc = Some(arc);
+        }
+    }
+
     pub fn write(
         &mut self,
         panel: usize,
@@ -224,6 +276,7 @@ impl Chart {
             look,
             columns,
             rows,
+            arc: None,
             words: Vec::new(),
             is_curved: false,
         });
@@ -262,7 +315,7 @@ mod tests {
         let columns = [Column::key("speed", "rpm"), Column::new("amplitude", "µm pk-pk")];
         chart.draw(0, "measured", Look::Measured, &columns, [[11_234.567_8, 0.123_456_78], [1.0, f64::NAN]]);
         let rows = serde_json::to_value(&chart).unwrap()["series"][0]["rows"].to_string();
-        assert_eq!(rows, "[[11234.6,0.123457],[1.0,null]]");
+        assert_eq!(rows, "[[11234.6,0.123457],[1,null]]");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The paper of a polar plot: circles with their radii, spokes with their angles, and which way the shaft turns.
 
-use super::chart::{Anchor, Axis, Chart, Look, Panel};
+use super::chart::{Anchor, Arc, Axis, Chart, Look, Panel};
 use crate::scale::Scale;
 
 const HEIGHT_PX: f64 = 400.0;
@@ -41,11 +41,8 @@ pub(super) fn polar_paper(radii: impl Iterator<Item = f64>, unit: &str, angles: 
         let (sin, cos) = deg.to_radians().sin_cos();
         [r * cos, r * sin]
     };
-    let arc = |r: f64, from_deg: i32, to_deg: i32| {
-        (from_deg..=to_deg).step_by(3).map(|deg| at(r, f64::from(deg))).collect::<Vec<_>>()
-    };
     for r in &radius.ticks[1..] {
-        chart.ground(0, Look::Faint, arc(*r, 0, 360));
+        chart.turn(0, None, Look::Faint, &[], Arc::of_circle(*r, 0.0, 360.0));
     }
     let spokes = || (0..360).step_by(45).map(f64::from);
     for deg in spokes() {
@@ -56,11 +53,11 @@ pub(super) fn polar_paper(radii: impl Iterator<Item = f64>, unit: &str, angles: 
     let labelled = radius.ticks.iter().skip(1);
     chart.write(0, Anchor::Centre, labelled.map(|r| (at(*r, 67.5), format!("{} {unit}", radius.label(*r)))));
     // above the rim, where no angle is written
-    let (from, tip) = (118, 127);
-    chart.ground(0, Look::Faint, arc(1.18 * rim, from, tip));
-    let [x, y] = at(1.18 * rim, f64::from(tip));
-    chart.ground(0, Look::Arrows(None), [[x, y, f64::from(tip) + 90.0]]);
-    chart.write(0, Anchor::Right, [(at(1.2 * rim, f64::from(tip)), "rotation".into())]);
+    let (from_deg, tip_deg) = (118.0, 127.0);
+    chart.turn(0, None, Look::Faint, &[], Arc::of_circle(1.18 * rim, from_deg, tip_deg));
+    let [x, y] = at(1.18 * rim, tip_deg);
+    chart.ground(0, Look::Arrows(None), [[x, y, tip_deg + 90.0]]);
+    chart.write(0, Anchor::Right, [(at(1.2 * rim, tip_deg), "rotation".into())]);
     (chart, rim)
 }
 

@@ -2,11 +2,11 @@
 
 use nalgebra::Complex;
 
-use super::chart::{Chart, Column, Look, Panel, Turn};
+use super::chart::{Arc, Chart, Column, Look, Panel, Turn};
 use crate::scale::{round_to, rpm};
 
-/// Points of a drawn orbit.
-const POINTS: usize = 90;
+/// Between points of a drawn orbit.
+const STEP_DEG: f64 = 4.0;
 /// Panels side by side.
 const COLUMNS: usize = 2;
 const PANEL_PX: f64 = 265.0;
@@ -38,10 +38,7 @@ impl OrbitPanel {
 
     /// As what the first panel shows for a reader who points at this place of another figure.
     fn turn(&self, key: f64) -> Turn {
-        let micrometres = |xy: &[Complex<f64>; 2]| {
-            xy.map(|p| [p.re, p.im]).as_flattened().iter().map(|v| round_to(1e6 * v, 5)).collect()
-        };
-        let paths = self.models_m.iter().chain([&self.measured_m]).map(micrometres).collect();
+        let paths = self.models_m.iter().chain([&self.measured_m]).map(path_um).collect();
         Turn { key, head: self.head(), reach: round_to(self.reach_um(), 5), paths }
     }
 }
@@ -80,11 +77,8 @@ pub fn orbit(model_labels: &[&str], panels: &[OrbitPanel]) -> Chart {
 fn path(chart: &mut Chart, panel: usize, name: &str, xy: [Complex<f64>; 2], [line, dot, arrow]: [Look; 3]) {
     let columns =
         [Column::new("x", "µm"), Column::new("y", "µm"), Column::new("turned since the keyphasor mark", "°")];
-    let rows = (0..=POINTS).map(|i| i as f64 / POINTS as f64).map(|turn| {
-        let (x, y) = at(xy, turn);
-        [x, y, 360.0 * turn]
-    });
-    chart.draw(panel, name, line, &columns, rows);
+    let arc = Arc { path: path_um(&xy), from_deg: 0.0, to_deg: 360.0, step_deg: STEP_DEG };
+    chart.turn(panel, Some(name), line, &columns, arc);
     let (x, y) = at(xy, 0.0);
     chart.draw(panel, name, dot, &columns, [[x, y, 0.0]]);
     let ((x, y), (ahead_x, ahead_y)) = (at(xy, ARROW_AT), at(xy, ARROW_AT + 0.01));
@@ -112,6 +106,12 @@ impl Direction {
 fn direction([x, y]: [Complex<f64>; 2]) -> Direction {
     // twice the area's rate, x ẏ − y ẋ, is the same all the way around
     if (x * y.conj()).im >= 0.0 { Direction::Forward } else { Direction::Backward }
+}
+
+/// Real and imaginary part of the phasors along x and y, µm.
+fn path_um(xy: &[Complex<f64>; 2]) -> [f64; 4] {
+    let [x, y] = *xy;
+    [x.re, x.im, y.re, y.im].map(|part| round_to(1e6 * part, 5))
 }
 
 /// Where the centre is after this share of a turn, µm.

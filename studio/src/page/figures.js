@@ -1,5 +1,5 @@
 // The figures of one tab. The reports' own script draws them: its classes are those of this page's other scripts.
-/* global Drawn, chartOptions, figures */
+/* global Drawn, chartOptions, figures, withPoints */
 import { look } from "./server.js";
 
 const place = document.getElementById("figures");
@@ -24,10 +24,11 @@ const seen = new IntersectionObserver((entries) => {
 const outline = (chart) => JSON.stringify([chart.panels.length, chart.series.map((s) => [s.panel, s.name, s.look])]);
 
 // The numbers of a figure are others now; its element stays, and so do zoom and hidden series. One that nobody sees waits.
-function renew(one, chart) {
+function renew(one, answered) {
   const { drawn, isSeen } = one;
-  one.waits = isSeen ? null : chart;
+  one.waits = isSeen ? null : answered;
   if (!isSeen) return;
+  const chart = withPoints(answered);
   const isAlike = outline(drawn.chart) === outline(chart);
   Object.assign(drawn, { chart, at: null });
   const numbers = drawn.element.querySelector("details.numbers");

@@ -4,10 +4,28 @@ const figures = [];
 // Where along an orbit its arrow sits.
 const ARROW_AT_DEG = 108;
 
+// Where a motion is after so much of a turn; its path: real and imaginary part of the phasors along x and y.
+function centre([a, b, c, d], turned_deg) {
+  const [cos, sin] = [Math.cos((turned_deg * Math.PI) / 180), Math.sin((turned_deg * Math.PI) / 180)];
+  return [a * cos - b * sin, c * cos - d * sin];
+}
+
+// A part of a turn, as points.
+function arcRows({ path, from_deg, to_deg, step_deg }) {
+  const steps = Math.round((to_deg - from_deg) / step_deg);
+  return Array.from({ length: steps + 1 }, (_, i) => from_deg + i * step_deg).map((deg) => [...centre(path, deg), deg]);
+}
+
+// The chart with the points of its circles and ellipses.
+function withPoints(chart) {
+  for (const series of chart.series) if (series.arc) series.rows = arcRows(series.arc);
+  return chart;
+}
+
 class Drawn {
   constructor(element) {
     this.element = element;
-    this.chart = JSON.parse(element.querySelector("script").textContent);
+    this.chart = withPoints(JSON.parse(element.querySelector("script").textContent));
     this.place = element.querySelector(".chart");
     this.said = element.querySelector(".said");
     this.hidden = new Set();
@@ -182,15 +200,11 @@ class Drawn {
     panel.x.to = reach;
     panel.y.to = reach;
     const drawn = this.chart.series.filter((s) => s.panel === 0 && s.name);
-    paths.forEach(([a, b, c, d], i) => {
+    paths.forEach((path, i) => {
       const [line, dot, arrow] = drawn.slice(3 * i, 3 * i + 3);
-      const centre = (turned_deg) => {
-        const [cos, sin] = [Math.cos((turned_deg * Math.PI) / 180), Math.sin((turned_deg * Math.PI) / 180)];
-        return [a * cos - b * sin, c * cos - d * sin];
-      };
-      line.rows = line.rows.map(([, , turned_deg]) => [...centre(turned_deg), turned_deg]);
-      dot.rows = [[...centre(0), 0]];
-      const [[x, y], [ahead_x, ahead_y]] = [centre(ARROW_AT_DEG), centre(ARROW_AT_DEG + 1)];
+      line.rows = arcRows({ ...line.arc, path });
+      dot.rows = [[...centre(path, 0), 0]];
+      const [[x, y], [ahead_x, ahead_y]] = [centre(path, ARROW_AT_DEG), centre(path, ARROW_AT_DEG + 1)];
       arrow.rows = [[x, y, (Math.atan2(ahead_y - y, ahead_x - x) * 180) / Math.PI]];
     });
     this.draw();
