@@ -113,6 +113,8 @@ pub struct Diagnosis {
     pub bad_probe: Option<String>,
     /// The mistake in the files that explains the misfit better than any effect, if one does.
     pub mistake: Option<SuspectedMistake>,
+    /// Labels of the effects that explain the data only together, where the summary names some.
+    pub together: Vec<String>,
     /// The check on left-out speeds, where there was something to check.
     pub held_out: Option<HeldOut>,
     /// What to measure next, where the data cannot decide.

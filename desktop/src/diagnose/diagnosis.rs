@@ -162,29 +162,28 @@ impl BaseModel<'_> {
             Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
             _ => false,
         };
-        let Conclusion { verdict, mut summary, scatter, outside, candidate_fits, bad_probe, mistake } =
-            verdict(&evidence, too_fast)?;
-        if let Some(alike) = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined) {
-            summary += &format!(" {alike}");
-        }
+        let said = verdict(&evidence, too_fast)?;
+        let (verdict, mut summary) = (said.verdict, said.summary);
+        let alike = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined);
+        summary += &alike.map_or_else(String::new, |alike| format!(" {alike}"));
         remarks.extend(sweep.map(|sweep| sweep.remark));
         remarks.extend(checks::far_below_noise(self));
-        let asks = verdict == DiagnosisVerdict::Undecided && !too_fast && mistake.is_none();
+        let is_of_machine = !too_fast && said.mistake.is_none();
+        let asks = verdict == DiagnosisVerdict::Undecided && is_of_machine && said.together.is_empty();
         let advice = if asks { self.asked(weighed, &noise, &mut remarks) } else { Vec::new() };
-        let stands_on =
-            if verdict == DiagnosisVerdict::Missing { tried.first().map(|t| &t.fit) } else { None };
+        let stands_on = tried.first().filter(|_| verdict == DiagnosisVerdict::Missing).map(|t| &t.fit);
         remarks.extend(checks::beyond_grade(rotor, &stands_on.unwrap_or(&self.fit).unknowns));
         let (refuted, of_runs) = match tried.first() {
-            Some(best) if !too_fast && mistake.is_none() => {
-                self.of_runs(best, verdict, ranking.probabilities[0], candidate_fits)
+            Some(best) if is_of_machine => {
+                self.of_runs(best, verdict, ranking.probabilities[0], said.candidate_fits)
             }
             _ => (Vec::new(), Vec::new()),
         };
         remarks.extend(of_runs);
-        let cause = (verdict == DiagnosisVerdict::Unknown || outside >= SURE)
-            .then(|| unknown.cause(self.fitter, outside));
+        let cause = (verdict == DiagnosisVerdict::Unknown || said.outside >= SURE)
+            .then(|| unknown.cause(self.fitter, said.outside));
         // rivals explain the data about as well as the best
-        let fitting = if candidate_fits { ranking.rivals.max(1) } else { 0 };
+        let fitting = if said.candidate_fits { ranking.rivals.max(1) } else { 0 };
         let probable = tried.iter().zip(&ranking.probabilities).enumerate();
         Ok(Diagnosis {
             verdict,
@@ -196,13 +195,14 @@ impl BaseModel<'_> {
             indistinguishable: ranking.groups.clone(),
             saturated: false,
             too_fast,
-            bad_probe,
-            mistake,
+            bad_probe: said.bad_probe,
+            mistake: said.mistake,
+            together: said.together,
             held_out,
             advice,
             remarks,
             noise,
-            scatter,
+            scatter: said.scatter,
             unknown: cause,
             determined,
             bearings,
@@ -296,6 +296,7 @@ impl BaseModel<'_> {
             too_fast: false,
             bad_probe: None,
             mistake: None,
+            together: Vec::new(),
             held_out: None,
             advice,
             remarks,

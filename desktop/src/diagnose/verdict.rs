@@ -45,6 +45,8 @@ pub struct Conclusion {
     pub bad_probe: Option<String>,
     /// The mistake in the files that the summary names.
     pub mistake: Option<SuspectedMistake>,
+    /// The effects that explain the data only together, if the summary names some.
+    pub together: Vec<String>,
 }
 
 impl<'a> DiagnosisEvidence<'a, '_> {
@@ -64,6 +66,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 candidate_fits,
                 bad_probe: None,
                 mistake: None,
+                together: Vec::new(),
             })
         };
         let say = |verdict, summary, scatter| conclude(verdict, summary, scatter, false);
@@ -195,6 +198,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 candidate_fits: false,
                 bad_probe: None,
                 mistake: None,
+                together: labels,
             });
         }
         let mut summary = format!(
@@ -215,6 +219,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             candidate_fits: false,
             bad_probe: bad.map(|bad| bad.name),
             mistake: None,
+            together: Vec::new(),
         })
     }
 }

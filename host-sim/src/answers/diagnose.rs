@@ -53,6 +53,8 @@ pub struct DiagnosisAnswer {
     /// The mistake in the rotor's file or the measurement that the summary names.
     #[serde(serialize_with = "alphabetical")]
     pub mistake: Option<MistakeAnswer>,
+    /// The effects that explain the data only together, where the summary names some.
+    pub together: Vec<String>,
     /// The candidate that is claimed, or the first of the rivals; none where nothing is claimed of any.
     #[serde(skip)]
     pub named: Option<CandidateAnswer>,
@@ -237,6 +239,7 @@ impl From<&Diagnosis> for DiagnosisAnswer {
             not_as_stated: not_as_stated(&found.bearings, found.verdict),
             bad_probe: found.bad_probe.clone(),
             mistake: found.mistake.as_ref().map(MistakeAnswer::from),
+            together: found.together.clone(),
             named: found.named().map(CandidateAnswer::from),
         }
     }

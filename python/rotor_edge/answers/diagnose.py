@@ -97,6 +97,8 @@ class Diagnosis(Answer):
     """Name of the probe that does not show what the others do, where the summary says so of one."""
     mistake: Mistake | None
     """The mistake in the rotor's file or the measurement that the summary names."""
+    together: tuple[str, ...]
+    """The effects that explain the data only together, where the summary names some."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

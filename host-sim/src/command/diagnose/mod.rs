@@ -80,6 +80,12 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
             format!("diagnose {rotor} {data}{runout}"),
         );
     }
+    if !found.together.is_empty() {
+        return with(
+            "add them, one after the other, and see the error fall",
+            format!("improve {rotor} {data}{runout} -o better.toml"),
+        );
+    }
     match (found.verdict, found.candidates.first()) {
         (DiagnosisVerdict::Undecided, _) if found.too_fast => {
             ("measure a slower run-up, at the rate stated above.".into(), None)
