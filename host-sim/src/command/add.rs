@@ -6,11 +6,11 @@ use anyhow::Result;
 use clap::Args;
 use rotor_edge_desktop::diagnose::add;
 
-use super::diagnose::fitted::Fitted;
+use super::diagnose::fitted::{self, Fitted};
 use super::output::{self, Json};
 use crate::answers::diagnose::Addition;
 use crate::command::shell;
-use crate::render::{self, comparison_sections, findings};
+use crate::render::{self, findings};
 use crate::{say, terminal};
 
 #[derive(Debug, Args)]
@@ -42,14 +42,17 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     let models = || -> Result<_> {
         let before = Fitted::new("as it was", &rotor, &readings)?;
         let after = Fitted::new(format!("with {}", answer.fitted.words()), &better.rotor, &readings)?;
-        Ok([before.model, after.model])
+        Ok([before, after])
     };
     let models = arguments.form.report.as_ref().map(|_| models()).transpose()?;
+    let next = arguments.next();
     output::model_of_its_data(&arguments.output, &better.rotor, &readings)?;
     if let (Some(path), Some(models)) = (&arguments.form.report, &models) {
+        let drawn = fitted::curves(models, &readings);
+        let story = render::improve::story_of_addition(&answer, &drawn, next.clone());
         let mut sections = vec![render::improve::addition(&answer)];
-        sections.extend(comparison_sections(&rotor, &readings, models));
-        output::report(path, &format!("{}: before and after", rotor.name), sections)?;
+        sections.extend(render::fitted::compared(&rotor, &drawn));
+        output::story(path, &format!("{}: before and after", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
@@ -59,12 +62,18 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     say!("  error          {:>8.2} %  →  {:.2} %", answer.error_before * 100.0, answer.error_after * 100.0);
     say!("  χ² per value   {:>8.2}    →  {:.2}", answer.chi2_per_value_before, answer.chi2_per_value_after);
     terminal::print(&findings::bearings_text(&answer.bearings, answer.model_adequate));
-    say!(
-        "\nWritten to {}. Next: is anything else missing?\n  rotor-edge diagnose {} {}{}",
-        arguments.output.display(),
-        shell::path(&arguments.output),
-        shell::path(&arguments.data),
-        arguments.runout
-    );
+    say!("\nWritten to {}.", arguments.output.display());
+    output::say_next(&next);
     Ok(None)
+}
+
+impl Arguments {
+    /// What to do with the better model, and the command for it.
+    fn next(&self) -> output::Next {
+        let [rotor, data] = [&self.output, &self.data].map(|path| shell::path(path));
+        (
+            "see whether anything else is missing".into(),
+            Some(format!("rotor-edge diagnose {rotor} {data}{}", self.runout)),
+        )
+    }
 }

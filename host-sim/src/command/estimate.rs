@@ -7,6 +7,7 @@ use rotor_edge_desktop::rotor_file;
 
 use super::listener::Listener;
 use super::output::{self, Json};
+use super::shell;
 use crate::answers::estimate::EstimatesAnswer;
 use crate::render;
 use crate::terminal;
@@ -44,12 +45,23 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let planes: Vec<&str> = rotor.plane.iter().map(|p| p.name.as_str()).collect();
     let answer = EstimatesAnswer::of(&found, &planes);
     if let Some(path) = &arguments.form.report {
+        let story = render::estimate::story(&answer, arguments.next());
         let sections = vec![render::estimate::section(&answer)];
-        output::report(path, &format!("{}: unbalance by run", rotor.name), sections)?;
+        output::story(path, &format!("{}: unbalance by run", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
     }
     terminal::print(&render::estimate::text(&answer));
+    output::say_next(&arguments.next());
     Ok(None)
+}
+
+impl Arguments {
+    /// What to do with the estimates, and the command for it.
+    fn next(&self) -> output::Next {
+        let output::Measured { rotor, data, runout } = &self.measured;
+        let files = format!("{} {}{runout}", shell::path(rotor), shell::path(data));
+        ("see what correction weights would achieve".into(), Some(format!("rotor-edge balance {files}")))
+    }
 }

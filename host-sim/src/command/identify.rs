@@ -10,7 +10,7 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
 
-use super::diagnose::fitted::Fitted;
+use super::diagnose::fitted::{self, Fitted};
 use super::listener::Listener;
 use super::output::{self, Json};
 use crate::answers::identify::Identification;
@@ -113,21 +113,29 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
     output::model(&arguments.output, &found.rotor, &readings)?;
     let answer = Identification::from(&found);
+    let next = arguments.next();
     if let Some(path) = &arguments.form.report {
         let fit = Fitted::new("as identified", &found.rotor, &readings)?;
+        let drawn = fitted::curves(std::slice::from_ref(&fit), &readings);
+        let story = render::identify::story(&answer, &drawn, next.clone());
         let mut sections = vec![render::identify::section(&answer)];
-        sections.extend(render::comparison_sections(&found.rotor, &readings, &[fit.model]));
-        output::report(path, &format!("{}: identified", rotor.name), sections)?;
+        sections.extend(render::fitted::compared(&found.rotor, &drawn));
+        output::story(path, &format!("{}: identified", rotor.name), &story, sections)?;
     }
     if arguments.form.json {
         return output::answer_in_order(&answer);
     }
     terminal::print(&render::identify::text(&answer));
-    say!(
-        "\nWritten to {}.\nNext: play the record into the controller\n  rotor-edge replay --identified --rotor {} --record {}",
-        arguments.output.display(),
-        shell::path(&arguments.output),
-        shell::path(&arguments.record)
-    );
+    say!("\nWritten to {}.", arguments.output.display());
+    output::say_next(&next);
     Ok(None)
+}
+
+impl Arguments {
+    /// What to do with the identified machine, and the command for it.
+    fn next(&self) -> output::Next {
+        let [rotor, record] = [&self.output, &self.record].map(|path| shell::path(path));
+        let command = format!("rotor-edge replay --identified --rotor {rotor} --record {record}");
+        ("play the record into the controller".into(), Some(command))
+    }
 }

@@ -209,19 +209,10 @@ pub fn say_next((words, command): &Next) {
     ));
 }
 
-/// Writes a report, whole or not at all.
-pub fn report(path: &Path, title: &str, sections: Vec<Section>) -> Result<()> {
-    write_page(path, title, None, sections)
-}
-
 /// Writes a report that begins with a story, whole or not at all.
-pub fn story(path: &Path, title: &str, story: &Story, sections: Vec<Section>) -> Result<()> {
-    write_page(path, title, Some(story), sections)
-}
-
-fn write_page(path: &Path, title: &str, story: Option<&Story>, mut sections: Vec<Section>) -> Result<()> {
+pub fn story(path: &Path, title: &str, story: &Story, mut sections: Vec<Section>) -> Result<()> {
     sections.push(provenance::section(path));
-    file(path, page(title, story, &sections, glossary::said_in).as_bytes())?;
+    file(path, page(title, Some(story), &sections, glossary::said_in).as_bytes())?;
     tell(&format!("{} holds the report; open it in a browser", path.display()));
     Ok(())
 }

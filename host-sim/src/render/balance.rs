@@ -118,7 +118,8 @@ pub fn story(answer: &BalanceAnswer, holes: Option<&Holes>) -> Story {
             format!(
                 "Balance grade G {} becomes G {} at {:.0} rpm.",
                 three_digits(grade.before),
-                three_digits(grade.after),
+                // as in the first sentence
+                three_digits(grade.after.max(LEAST_LEFT * grade.before)),
                 answer.service_rpm
             ),
         ),

@@ -1,13 +1,14 @@
-//! Text and section of an answer of `estimate`.
+//! Text, story and section of an answer of `estimate`.
 
 use nalgebra::Complex;
 use rotor_edge_desktop::significance::percent;
 
 use super::regions::{Region, regions};
 use super::text;
-use super::{Figure, PageTable, Section};
+use super::{Figure, PageTable, Section, Story};
 use crate::answers::estimate::{EstimatesAnswer, RunEstimateAnswer};
 use crate::answers::shared::PlaneUnbalance;
+use crate::scale::three_digits;
 
 const COLUMNS: [&str; 7] =
     ["run", "plane", "unbalance, g·mm", "95 %", "angle", "stated", "by influence coefficients"];
@@ -18,7 +19,50 @@ pub fn text(answer: &EstimatesAnswer) -> String {
     format!("{}\n{}\n{}", legend(answer), text::table(&COLUMNS, &rows(answer)), lines.concat())
 }
 
-/// The table of all runs, and each plane with the region of every run.
+/// The first screen of the page, beside the first plane.
+pub fn story(answer: &EstimatesAnswer, next: (String, Option<String>)) -> Story {
+    let planes = answer.estimates.iter().flat_map(|e| &e.planes);
+    let half_widths = planes.map(|p| 0.5 * (p.interval_95[1] - p.interval_95[0]));
+    let (least, most) =
+        half_widths.fold((f64::INFINITY, 0.0_f64), |(least, most), half| (least.min(half), most.max(half)));
+    let verdict = match &answer.estimates[..] {
+        [only] => {
+            let planes = only.planes.iter().map(|p| {
+                let size = three_digits(p.unbalance_g_mm);
+                format!("{size} g·mm at {:.0}° in plane {}", p.angle_deg, p.name)
+            });
+            let planes: Vec<String> = planes.collect();
+            format!("Run {} has {} more than run {}.", only.run, planes.join(" and "), answer.base)
+        }
+        many => format!(
+            "The unbalance of {} runs relative to run {}, to within {} to {} g·mm (95 %).",
+            many.len(),
+            answer.base,
+            three_digits(least),
+            three_digits(most)
+        ),
+    };
+    let refuted: Vec<String> = refuted(answer).collect();
+    let answers = [
+        (
+            "How sure",
+            [conditions(answer)].iter().chain(&answer.determined.words).cloned().collect::<Vec<_>>(),
+        ),
+        ("Sessions", answer.sessions.words.clone()),
+        ("Stated weights", refuted),
+        ("Remarks", answer.remarks.clone()),
+    ];
+    let answers = answers.into_iter().filter(|(_, said)| !said.is_empty());
+    Story {
+        verdict,
+        answers: answers.map(|(question, said)| (question, said.join(" "))).collect(),
+        next,
+        beside: (!answer.planes.is_empty()).then(|| figure(answer, 0)).into_iter().collect(),
+        below: Vec::new(),
+    }
+}
+
+/// The table of all runs, and the other planes with the region of every run.
 pub fn section(answer: &EstimatesAnswer) -> Section {
     let table = PageTable {
         caption: legend(answer),
@@ -29,7 +73,7 @@ pub fn section(answer: &EstimatesAnswer) -> Section {
         heading: "Unbalance by run".into(),
         paragraphs: lines(answer).collect(),
         tables: vec![table],
-        figures: (0..answer.planes.len()).map(|j| figure(answer, j)).collect(),
+        figures: (1..answer.planes.len()).map(|j| figure(answer, j)).collect(),
     }
 }
 
@@ -44,7 +88,17 @@ fn legend(answer: &EstimatesAnswer) -> String {
 /// Conditions, what the data determine, sessions, weights that cannot be true, remarks.
 fn lines(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
     let determined = answer.determined.words.iter().cloned();
-    let refuted = answer.refuted_runs.iter().map(|r| {
+    let sessions = answer.sessions.words.iter().cloned();
+    std::iter::once(conditions(answer))
+        .chain(determined)
+        .chain(sessions)
+        .chain(refuted(answer))
+        .chain(answer.remarks.iter().cloned())
+}
+
+/// Runs whose stated weights cannot be true.
+fn refuted(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
+    answer.refuted_runs.iter().map(|r| {
         format!(
             "The stated weights of run {} are wrong ({} probable): stated {}; found {}.",
             r.run,
@@ -52,13 +106,7 @@ fn lines(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
             placed(&r.stated),
             placed(&r.found)
         )
-    });
-    let sessions = answer.sessions.words.iter().cloned();
-    std::iter::once(conditions(answer))
-        .chain(determined)
-        .chain(sessions)
-        .chain(refuted)
-        .chain(answer.remarks.iter().cloned())
+    })
 }
 
 fn conditions(answer: &EstimatesAnswer) -> String {

@@ -1,5 +1,7 @@
-//! Text of an answer of `extract`.
+//! Text and story of an answer of `extract`.
 
+use super::text::capital;
+use super::{Figure, Story};
 use crate::answers::extract::{ExtractedFileAnswer, ExtractedKeyphasor, ExtractionAnswer};
 use crate::ingest::waveform::settings::Settings;
 
@@ -10,6 +12,49 @@ pub fn text(answer: &ExtractionAnswer, settings: &Settings) -> String {
     format!("{lines}\nWritten to {}{also}.\n", answer.measured.display())
 }
 
+/// Losses and doubts that the first screen tells; a list further down holds all.
+const MOST_TOLD: usize = 2;
+
+/// The first screen of the page, beside the probe that moves most.
+pub fn story(
+    answer: &ExtractionAnswer,
+    settings: &Settings,
+    probe: Figure,
+    next: (String, Option<String>),
+) -> Story {
+    let speeds = answer.files.iter().flat_map(|file| file.range_rpm).filter(|rpm| rpm.is_finite());
+    let (lowest, highest) = speeds.fold((f64::INFINITY, 0.0_f64), |(l, h), rpm| (l.min(rpm), h.max(rpm)));
+    let lost = match answer.lost {
+        0 => String::new(),
+        windows => format!("; {windows} windows gave none"),
+    };
+    let verdict = match answer.readings {
+        0 => format!("No reading could be taken{lost}."),
+        readings => format!("{readings} readings from {lowest:.0} to {highest:.0} rpm{lost}."),
+    };
+    let falls = settings.keyphasor.falling;
+    let phase = answer.files.first().map(|file| ("Phase", format!("{}.", reference(file, falls))));
+    let losses = answer.files.iter().flat_map(|file| &file.losses).map(|loss| loss.words.as_str());
+    let doubts = answer.files.iter().flat_map(|file| &file.doubts).map(String::as_str);
+    let advice = answer.files.iter().filter_map(|file| Some(file.drifted.as_ref()?.advice.as_str()));
+    let lost = told(losses).unwrap_or_else(|| "No reading was lost.".into());
+    let answers = phase
+        .into_iter()
+        .chain([("Lost", lost)])
+        .chain(told(advice.take(1)).map(|advice| ("Remedy", advice)))
+        .chain(told(doubts).map(|doubts| ("Doubts", doubts)));
+    Story { verdict, answers: answers.collect(), next, beside: vec![probe], below: Vec::new() }
+}
+
+/// The first few as sentences; nothing if there are none.
+fn told<'a>(all: impl Iterator<Item = &'a str>) -> Option<String> {
+    let all: Vec<String> = all.map(|words| format!("{}.", capital(words.trim_end_matches('.')))).collect();
+    let (first, more) = all.split_at(MOST_TOLD.min(all.len()));
+    let more = (!more.is_empty()).then(|| format!("{} more are listed below.", more.len()));
+    let sentences: Vec<&str> = first.iter().chain(&more).map(String::as_str).collect();
+    (!sentences.is_empty()).then(|| sentences.join(" "))
+}
+
 /// What was done, in sentences; also the comment at the head of the readings.
 pub fn account(answer: &ExtractionAnswer, settings: &Settings) -> Vec<String> {
     answer.files.iter().flat_map(|file| of_file(file, settings)).collect()
@@ -18,9 +63,6 @@ pub fn account(answer: &ExtractionAnswer, settings: &Settings) -> Vec<String> {
 fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
     let ExtractedFileAnswer { file, keyphasor, rate_hz, duration_s, .. } = answer;
     let [lowest, highest] = answer.range_rpm;
-    let probes: Vec<String> =
-        answer.channels.iter().map(|c| format!("{} is {}", c.probe, c.channel)).collect();
-    let way = if settings.keyphasor.falling { "falls" } else { "rises" };
     let unit = if answer.unit.is_voltage() { "mV" } else { "of the unit" };
     let run = answer.run.as_ref().map_or(String::new(), |run| format!(", run {run}"));
     let mut lines = vec![
@@ -29,17 +71,7 @@ fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
             "{} readings from {lowest:.1} to {highest:.1} rpm, {duration_s:.3} s at {rate_hz} Hz",
             answer.readings
         ),
-        match keyphasor.samples_per_turn {
-            Some(samples) => {
-                format!("t = 0 at the first of every {samples} samples, a turn; probe {}", probes.join(", "))
-            }
-            None => format!(
-                "t = 0 where channel {} {way} through {:.6}; probe {}",
-                keyphasor.channel,
-                keyphasor.threshold,
-                probes.join(", ")
-            ),
-        },
+        reference(answer, settings.keyphasor.falling),
         format!(
             "windows of {} turns; a count of the core's converter is {:.6} {unit}",
             answer.revolutions,
@@ -71,6 +103,19 @@ fn of_file(answer: &ExtractedFileAnswer, settings: &Settings) -> Vec<String> {
     lines.extend(answer.losses.iter().map(|loss| format!("lost: {}", loss.words)));
     lines.extend(answer.drifted.iter().map(|drifted| drifted.advice.clone()));
     lines
+}
+
+/// What phases are counted from, and which channel each probe is.
+fn reference(answer: &ExtractedFileAnswer, is_falling: bool) -> String {
+    let ExtractedKeyphasor { channel, threshold, samples_per_turn, .. } = &answer.keyphasor;
+    let probes: Vec<String> =
+        answer.channels.iter().map(|c| format!("{} is {}", c.probe, c.channel)).collect();
+    let way = if is_falling { "falls" } else { "rises" };
+    let zero = match samples_per_turn {
+        Some(samples) => format!("t = 0 at the first of every {samples} samples, a turn"),
+        None => format!("t = 0 where channel {channel} {way} through {threshold:.6}"),
+    };
+    format!("{zero}; probe {}", probes.join(", "))
 }
 
 /// What was made of the keyphasor's pulses.

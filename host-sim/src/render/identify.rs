@@ -1,10 +1,11 @@
-//! Text of an answer of `identify`.
+//! Text, story and section of an answer of `identify`.
 
 use std::fmt::Write as _;
 
 use rotor_edge_desktop::identify::Identifiability;
 
-use super::{Section, findings};
+use super::fitted::{self, FittedCurves};
+use super::{Section, Story, findings, noise_error};
 use crate::answers::identify::Identification;
 
 /// Planes and bearings as a section of a page.
@@ -15,6 +16,46 @@ pub fn section(found: &Identification) -> Section {
         paragraphs: findings::planes(&found.determined),
         tables: findings::bearings_table(&found.bearings, adequate).into_iter().collect(),
         ..Section::default()
+    }
+}
+
+/// The first screen of the page; the model that is drawn is the one identified.
+pub fn story(found: &Identification, drawn: &FittedCurves, next: (String, Option<String>)) -> Story {
+    let fitted = found.bearings.iter().filter(|p| p.identified).count();
+    let verdict = format!(
+        "The data fix {fitted} of {} bearing parameters; the model is {:.2} % off.",
+        found.bearings.len(),
+        100.0 * drawn.models[0].comparison.relative_error
+    );
+    let planes: Vec<String> = findings::planes(&found.determined)
+        .iter()
+        .map(|line| format!("{}.", line.trim_end_matches('.')))
+        .collect();
+    let fits = match found.determined.model_adequate {
+        true => "noise explains the rest, so intervals hold",
+        false => "noise does not explain the rest, so no interval is stated",
+    };
+    let mut answers = vec![
+        ("Unbalance", planes.join(" ")),
+        ("How sure", format!("χ² per value {:.2} (noise: 1): {fits}.", found.chi2_per_value)),
+    ];
+    let stayed: Vec<String> = (found.bearings.iter())
+        .filter(|p| p.origin == Identifiability::StayedAtStart)
+        .map(|p| format!("{} of {}", p.symbol, p.bearing))
+        .collect();
+    answers.extend((!stayed.is_empty()).then(|| {
+        (
+            "Not determined",
+            format!("{}: these data do not fix them. A run-up can (--runup).", stayed.join(", ")),
+        )
+    }));
+    let noise = noise_error(&drawn.models[0], drawn.readings);
+    Story {
+        verdict,
+        answers,
+        next,
+        beside: vec![fitted::machine(drawn.rotor, &[], &[], None), fitted::steps(&drawn.models, noise)],
+        below: Vec::new(),
     }
 }
 

@@ -7,7 +7,7 @@ use super::findings;
 use super::fitted::{self, FittedCurves, Unnamed};
 use super::text::capital;
 use super::waterfall::{Stage, waterfall};
-use super::{PageTable, Section, Story};
+use super::{ComparedModel, PageTable, Section, Story};
 use crate::answers::diagnose::{Addition, FittedAnswer, ImprovementAnswer, StepAnswer};
 use crate::scale::three_digits;
 
@@ -49,6 +49,29 @@ pub fn addition(answer: &Addition) -> Section {
         tables: findings::bearings_table(&answer.bearings, answer.model_adequate).into_iter().collect(),
         ..Section::default()
     }
+}
+
+/// The first screen of `add`; the models are those before and after.
+pub fn story_of_addition(answer: &Addition, drawn: &FittedCurves, next: (String, Option<String>)) -> Story {
+    let error = |model: Option<&ComparedModel>| {
+        three_digits(100.0 * model.map_or(f64::NAN, |model| model.comparison.relative_error))
+    };
+    let left = match answer.model_adequate {
+        true => "and the rest is noise",
+        false => "and noise does not explain the rest",
+    };
+    let sentence = format!(
+        "With {} the model is {} % off instead of {} %, {left}.",
+        answer.fitted.words(),
+        error(drawn.models.last()),
+        error(drawn.models.first()),
+    );
+    let how_sure = "The effect was chosen by hand; `diagnose` compares it with all others at all places.";
+    let named = (&[&answer.fitted][..], &Unnamed::default());
+    let mut story = fitted::story(&sentence, named, &[], drawn, how_sure.into(), next);
+    let fitted = findings::parameters(&answer.fitted);
+    story.answers.extend((!fitted.is_empty()).then(|| ("As fitted", format!("{}.", fitted.join(", ")))));
+    story
 }
 
 /// A step in words, a line each.

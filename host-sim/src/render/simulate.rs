@@ -1,9 +1,10 @@
-//! Text and sentences of an answer of `simulate`.
+//! Text and story of an answer of `simulate`.
 
 use serde_json::Value;
 
 use super::quantity::quantity;
 use super::text::table;
+use super::{Figure, Story};
 use crate::answers::simulate::{SimulatedEffect, SimulatedProbe, SimulationAnswer, TruthAnswer};
 use crate::scale::{number, rpm};
 
@@ -11,7 +12,7 @@ const COLUMNS: [&str; 4] = ["probe", "largest, µm pk-pk", "speed, rpm", "run"];
 
 /// The whole answer on a terminal.
 pub fn text(answer: &SimulationAnswer) -> String {
-    let lines: Vec<String> = sentences(answer).into_iter().map(|line| format!("{line}\n")).collect();
+    let lines: Vec<String> = facts(answer).into_iter().map(|(_, line)| format!("{line}\n")).collect();
     let with_runs = if answer.runs.is_empty() { COLUMNS.len() - 1 } else { COLUMNS.len() };
     let rows: Vec<Vec<String>> = rows(answer).into_iter().map(|row| row[..with_runs].to_vec()).collect();
     format!("{}\n\n{}\n{}", held(answer), table(&COLUMNS[..with_runs], &rows), lines.concat())
@@ -56,8 +57,20 @@ pub fn rows(answer: &SimulationAnswer) -> Vec<Vec<String>> {
     answer.probes.iter().map(row).collect()
 }
 
-/// Noise, critical speeds, what the machine has in truth, remarks.
-pub fn sentences(answer: &SimulationAnswer) -> Vec<String> {
+/// The first screen of the page, beside the probe that moves most.
+pub fn story(answer: &SimulationAnswer, probe: Option<Figure>, next: (String, Option<String>)) -> Story {
+    let mut answers: Vec<(&'static str, String)> = Vec::new();
+    for (question, sentence) in facts(answer) {
+        match answers.last_mut().filter(|(last, _)| *last == question) {
+            Some((_, said)) => *said += &format!(" {sentence}"),
+            None => answers.push((question, sentence)),
+        }
+    }
+    Story { verdict: held(answer), answers, next, beside: probe.into_iter().collect(), below: Vec::new() }
+}
+
+/// Noise, critical speeds, what the machine has in truth, remarks: sentences, and what each is about.
+fn facts(answer: &SimulationAnswer) -> Vec<(&'static str, String)> {
     let noise = match (answer.noise.relative, answer.noise.floor_um) {
         (0.0, 0.0) => "The readings have no noise.".into(),
         (relative, floor_um) => format!(
@@ -66,15 +79,17 @@ pub fn sentences(answer: &SimulationAnswer) -> Vec<String> {
         ),
     };
     let critical: Vec<String> = answer.critical_speeds_rpm.iter().map(|c| number(*c, 0)).collect();
-    let mut all = vec![noise];
+    let mut all = vec![("Noise", noise)];
     if !critical.is_empty() {
-        all.push(format!("Undamped critical speeds as drawn: {} rpm.", critical.join(", ")));
+        let critical = format!("Undamped critical speeds as drawn: {} rpm.", critical.join(", "));
+        all.push(("Critical speeds", critical));
     }
-    match &answer.truth {
-        Some(truth) => all.extend(of_truth(truth)),
-        None => all.push("One effect is hidden, and told in the truth alone.".into()),
-    }
-    all.extend(answer.remarks.iter().cloned());
+    let in_truth = answer
+        .truth
+        .as_ref()
+        .map_or_else(|| vec!["One effect is hidden, and told in the truth alone.".into()], of_truth);
+    all.extend(in_truth.into_iter().map(|sentence| ("In truth", sentence)));
+    all.extend(answer.remarks.iter().map(|remark| ("Remarks", remark.clone())));
     all
 }
 

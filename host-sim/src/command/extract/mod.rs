@@ -14,6 +14,7 @@ use rotor_edge_desktop::rotor_file;
 
 use super::listener::Listener;
 use super::output::{self, Form, Json};
+use super::shell;
 use crate::answers::extract::ExtractionAnswer;
 use crate::ingest::waveform::settings::Settings;
 use crate::ingest::waveform::{ExtraOutputs, ExtractedFile, extract};
@@ -64,7 +65,11 @@ pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Js
     }
     if let Some(path) = &arguments.form.report {
         let title = format!("1x readings of {}", arguments.names());
-        output::report(path, &title, report::sections(&extracted, rotor.as_ref(), account))?;
+        let largest = report::largest(&extracted);
+        let probe = report::of_probe(&extracted, largest);
+        let story = render::extract::story(&answer, settings, probe, arguments.next());
+        let sections = report::sections(&extracted, rotor.as_ref(), account, largest);
+        output::story(path, &title, &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);
@@ -74,6 +79,16 @@ pub fn run(arguments: &Arguments, forced: bool, listener: Listener) -> Result<Js
 }
 
 impl Arguments {
+    /// What to do with the readings, and the command for it.
+    fn next(&self) -> output::Next {
+        let words = match self.rotor {
+            Some(_) => "compare the machine's model with them",
+            None => "write the machine's rotor.toml, and compare its model with them",
+        };
+        let rotor = self.rotor.as_deref().map_or("rotor.toml".into(), shell::path);
+        (words.into(), Some(format!("rotor-edge compare {rotor} {}", shell::path(&self.output))))
+    }
+
     fn names(&self) -> String {
         self.waveforms.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(", ")
     }

@@ -19,8 +19,22 @@ const ORBITS: usize = 4;
 /// Speeds that differ by less are one, relative.
 const ONE_SPEED: f64 = 0.02;
 
-/// The whole report; `account` is what was done, in sentences.
-pub fn sections(extracted: &[ExtractedFile], rotor: Option<&Rotor>, account: Vec<String>) -> Vec<Section> {
+/// The probe that moves most.
+pub fn largest(extracted: &[ExtractedFile]) -> usize {
+    let size = |probe: usize| {
+        let sizes = readings(extracted).filter_map(|r| r.probes[probe]).map(|vector| vector.norm());
+        sizes.fold(0.0, f64::max)
+    };
+    (0..extracted[0].probes.len()).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or(0)
+}
+
+/// What stands below the first screen, which shows the probe `largest`; `account` is what was done, in sentences.
+pub fn sections(
+    extracted: &[ExtractedFile],
+    rotor: Option<&Rotor>,
+    account: Vec<String>,
+    largest: usize,
+) -> Vec<Section> {
     let each = extracted.iter().flat_map(|of| of.losses.iter().map(|loss| (&of.file, loss)));
     let losses = each.map(|(file, loss)| {
         let probe = loss.probe.clone().unwrap_or_else(|| "all".into());
@@ -34,9 +48,9 @@ pub fn sections(extracted: &[ExtractedFile], rotor: Option<&Rotor>, account: Vec
     let tables = if lost.rows.is_empty() { Vec::new() } else { vec![lost] };
     let figures = vec![speed(extracted)];
     let readings = Section { heading: "Readings".into(), paragraphs: account, tables, figures };
-    let probes = 0..extracted[0].probes.len();
+    let probes = (0..extracted[0].probes.len()).filter(|probe| *probe != largest);
     let bodes = Section {
-        heading: "1x of each probe".into(),
+        heading: "1x of the other probes".into(),
         figures: probes.map(|probe| of_probe(extracted, probe)).collect(),
         ..Section::default()
     };
@@ -64,7 +78,8 @@ pub fn sections(extracted: &[ExtractedFile], rotor: Option<&Rotor>, account: Vec
     };
     let paths = [orbits, centrelines].into_iter().filter(|section| !section.figures.is_empty());
     let spectra = spectra::section(extracted, &pairs);
-    [readings, bodes].into_iter().chain(paths).chain(spectra).collect()
+    let bodes = Some(bodes).filter(|bodes| !bodes.figures.is_empty());
+    std::iter::once(readings).chain(bodes).chain(paths).chain(spectra).collect()
 }
 
 fn seen_along(rotor: Option<&Rotor>, what: &str) -> String {
@@ -139,7 +154,8 @@ fn speed(extracted: &[ExtractedFile]) -> Figure {
     }
 }
 
-fn of_probe(extracted: &[ExtractedFile], probe: usize) -> Figure {
+/// Amplitude and phase lag of a probe over speed.
+pub fn of_probe(extracted: &[ExtractedFile], probe: usize) -> Figure {
     let point = |r: &Reading| Some((r.speed_rpm, r.probes[probe]?));
     let points: Vec<_> = readings(extracted).filter_map(point).collect();
     let curve = |of: &ExtractedFile| {

@@ -92,7 +92,8 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     output::file(&arguments.output, &measured(&rotor, &found)?)?;
     if let Some(path) = &arguments.form.report {
         let title = format!("{}: simulated readings", rotor.name);
-        output::report(path, &title, report::sections(&answer, &rotor, &found))?;
+        let (story, sections) = report::report(&answer, &rotor, &found, arguments.next(&found));
+        output::story(path, &title, &story, sections)?;
     }
     if arguments.form.json {
         return output::answer(&answer);

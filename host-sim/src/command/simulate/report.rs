@@ -6,25 +6,32 @@ use rotor_edge_desktop::simulate::Simulation;
 
 use crate::answers::simulate::SimulationAnswer;
 use crate::render::bode::bode_of;
-use crate::render::{Curve, Figure, PageTable, Section, simulate};
+use crate::render::{Curve, Figure, PageTable, Section, Story, simulate};
 
-/// The whole report.
-pub fn sections(answer: &SimulationAnswer, rotor: &Rotor, found: &Simulation) -> Vec<Section> {
+/// The whole report: its first screen with the probe that moves most, and the sections below.
+pub fn report(
+    answer: &SimulationAnswer,
+    rotor: &Rotor,
+    found: &Simulation,
+    next: (String, Option<String>),
+) -> (Story, Vec<Section>) {
+    let largest = (answer.probes.iter().enumerate()).max_by(|a, b| a.1.largest_um.total_cmp(&b.1.largest_um));
+    let largest = largest.map(|(probe, _)| probe);
     let table = PageTable {
         caption: "Largest amplitude of each probe".into(),
         columns: simulate::columns(),
         rows: simulate::rows(answer),
     };
-    let mut paragraphs = vec![simulate::held(answer)];
-    paragraphs.extend(simulate::sentences(answer));
-    let readings =
-        Section { heading: "Readings".into(), paragraphs, tables: vec![table], ..Section::default() };
+    let readings = Section { heading: "Readings".into(), tables: vec![table], ..Section::default() };
+    let others = (0..rotor.probe.len()).filter(|probe| Some(*probe) != largest);
     let probes = Section {
-        heading: "1x of each probe".into(),
-        figures: (0..rotor.probe.len()).map(|probe| figure(rotor, found, probe)).collect(),
+        heading: "1x of the other probes".into(),
+        figures: others.map(|probe| figure(rotor, found, probe)).collect(),
         ..Section::default()
     };
-    vec![readings, probes]
+    let story = simulate::story(answer, largest.map(|probe| figure(rotor, found, probe)), next);
+    let probes = Some(probes).filter(|probes| !probes.figures.is_empty());
+    (story, std::iter::once(readings).chain(probes).collect())
 }
 
 fn figure(rotor: &Rotor, found: &Simulation, probe: usize) -> Figure {
