@@ -73,11 +73,16 @@ fn message(text: &[u8]) -> StreamItem {
         [] => return StreamItem::Garbage,
         ["send", id, length, bytes @ ..] => sent(id, length, bytes),
         ["frame", id, _time, bytes @ ..] => bytes_of_hex(&bytes.concat()).and_then(|bytes| data(id, &bytes)),
-        // `fdsend` and `fdframe` carry FD frames, which no bus here has
-        ["send" | "frame" | "fdsend" | "fdframe", ..] => None,
+        [word, ..] if is_of_frame(word) => None,
         words => return StreamItem::Text(words.join(" ")),
     };
     frame.map_or(StreamItem::Garbage, StreamItem::Frame)
+}
+
+/// Whether it is a word for a frame of any kind. Branches of socketcand have `sendrtr`, `sendfd`, `fdsend` and their
+/// like for remote and FD frames, and answer to none of them.
+fn is_of_frame(word: &str) -> bool {
+    word.starts_with("send") || matches!(word, "fdsend" | "frame" | "fdframe" | "rtr")
 }
 
 fn sent(id: &str, length: &str, bytes: &[&str]) -> Option<WireFrame> {
@@ -163,6 +168,9 @@ mod tests {
             "< frame 20000000 1.0 00 >",
             "< send 123 8  >",
             "< fdsend 123 1 2 1 2 >",
+            "< sendrtr 123 >",
+            "< sendfd 123 1 2 1 2 >",
+            "< rtr 123 1.0 >",
             "< \u{fffd} é< ok >",
         ] {
             assert_eq!(decode_all::<Messages>(bad.as_bytes()).first(), Some(&StreamItem::Garbage), "{bad}");

@@ -145,11 +145,15 @@ fn socketcand_says_nothing_to_remote_and_fd_frames() {
     let fd = ["ff"; 64].join(" ");
     let sent = ["123 8 ", "123 C 1 2 3 4 5 6 7 8 9 a b c", &format!("12345678 40 {fd}")];
     sent.iter().for_each(|frame| stream.write_all(format!("< send {frame} >").as_bytes()).unwrap());
-    stream.write_all(b"< fdsend 123 0 2 1 2 >< send 124 1 7 >").unwrap();
+    // words of socketcand's branches
+    stream.write_all(b"< fdsend 123 0 2 1 2 >< sendfd 123 0 2 1 2 >< sendrtr 00000123 0 >").unwrap();
+    stream.write_all(b"< send 124 1 7 >").unwrap();
     assert_eq!(hear(&mut *other), Frame::standard(0x124, &[7]).unwrap());
     other.send(&frame(5, 1)).unwrap();
     assert!(message(&mut stream).starts_with("< frame 005 "), "the first word since");
-    assert_says(&shared.end(Signal::SIGTERM).1, &["4 lines refused"]);
+    stream.write_all(b"< fly >").unwrap();
+    assert_eq!(message(&mut stream), "< error unknown command >", "as socketcand says to any other word");
+    assert_says(&shared.end(Signal::SIGTERM).1, &["7 lines refused"]);
 }
 
 #[test]
