@@ -1,5 +1,7 @@
 //! `balance --trial-only` on runs that contradict each other, have no phase, or state weights in other units.
 
+use std::f64::consts::PI;
+
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -126,6 +128,12 @@ fn amplitudes_without_phase_give_a_weight_and_its_ambiguity() {
     let answer = json(&balance(&table(&rounded), weights).1);
     assert!((only_weight(&answer)[1] - 220.4).abs() < 1.0, "{answer}");
     assert_says(&answer["doubts"].to_string(), &["gives 2.57 times the trial weight (2312"]);
+    // 2 mm/s zero-to-peak at 1480 rpm are 2000 / 155.0 µm
+    let velocity = table(&exact.map(|(run, size)| (run, size / 50.0))).replace("um pp", "mm/s pk");
+    let answer = json(&balance(&velocity, weights).1);
+    assert!((only_weight(&answer)[0] / 22_500.0 - 1.0).abs() < 1e-4, "{answer}");
+    let before = answer["left"][0]["before"].as_f64().unwrap();
+    assert!((before / (2000.0 / (1480.0 * PI / 30.0)) - 1.0).abs() < 1e-4, "{before}");
     // what cannot be of another quantity needs no name of a probe and no word for an amplitude
     for header in ["Fan DE um pp", "Vib (mm/s rms)", "[um pp]"] {
         let named = table(&rounded).replace("Fan DE 1X Amp [um pp]", header);

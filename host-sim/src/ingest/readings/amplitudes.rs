@@ -10,6 +10,7 @@ use rotor_edge_desktop::measurement::{ProbeRecord, Reading};
 use super::cells::Cells;
 use super::mapping::Mapping;
 use super::plan::{Column, plan};
+use super::row;
 use crate::ingest::format;
 use crate::ingest::probes::Probes;
 use crate::ingest::table;
@@ -35,15 +36,14 @@ pub fn read(path: &Path) -> Result<Option<ProbeRecord>> {
         plan.columns.iter().filter(|c| c.target.quantity == Quantity::Amplitude).collect();
     let cells = Cells { table: &table, plan: &plan };
     let mut readings = Vec::new();
-    let Some(speed) = plan.column(Quantity::Speed) else { return Ok(None) };
     let run = plan.column(Quantity::Run);
     table.rows.each(|row| {
-        let Some(speed_rpm) = cells.raw(row, speed)?.map(|value| value * speed.factor) else {
+        let Some(speed_rpm) = row::speed_rpm(&cells, &mapping, row)? else {
             return Ok(ControlFlow::Continue(()));
         };
         // µm to m, as phasors of a record are
         let of_row = |column: &&Column| {
-            Ok(cells.raw(row, column)?.map(|value| Complex::from(1e-6 * value * column.factor)))
+            Ok(row::amplitude_um(&cells, row, speed_rpm, column)?.map(|um| Complex::from(1e-6 * um)))
         };
         let probes = amplitudes.iter().map(of_row).collect::<Result<_>>()?;
         let run = run.and_then(|column| cells.name(row, column));

@@ -35,19 +35,42 @@ pub fn phasor_um(
         return Ok((None, true));
     }
     let phasor = if a.target.quantity == Quantity::Amplitude {
-        if x < 0.0 {
-            bail!("{}: {x} is no amplitude, expected zero or more", cells.place(row, a));
-        }
-        Complex::from_polar(x * a.factor, -y * b.factor)
+        Complex::from_polar(amplitude(cells, row, a, x)?, -y * b.factor)
     } else {
         Complex::new(x * a.factor, -y * b.factor)
     };
+    Ok((Some(displacement_um(cells, row, speed_rpm, a, phasor)?), false))
+}
+
+/// The amplitude of a row without phase, µm zero-to-peak; none where the cell is empty or says that there is none.
+pub fn amplitude_um(cells: &Cells, row: &SheetRow, speed_rpm: f64, a: &Column) -> Result<Option<f64>> {
+    let Some(x) = cells.raw(row, a)?.filter(|x| !is_no_measurement(*x)) else { return Ok(None) };
+    let phasor = Complex::from(amplitude(cells, row, a, x)?);
+    Ok(Some(displacement_um(cells, row, speed_rpm, a, phasor)?.norm()))
+}
+
+/// A number of a column of amplitudes, µm or a derivative of it, zero-to-peak.
+fn amplitude(cells: &Cells, row: &SheetRow, a: &Column, x: f64) -> Result<f64> {
+    if x < 0.0 {
+        bail!("{}: {x} is no amplitude, expected zero or more", cells.place(row, a));
+    }
+    Ok(x * a.factor)
+}
+
+/// Integrated as often as the column's unit says.
+fn displacement_um(
+    cells: &Cells,
+    row: &SheetRow,
+    speed_rpm: f64,
+    a: &Column,
+    phasor: Complex<f64>,
+) -> Result<Complex<f64>> {
     let phasor = phasor * Vibration { size: 1.0, derivative: a.derivative }.displacement(speed_rpm);
     if phasor.norm() > LARGEST_UM {
         let um = phasor.norm();
         bail!("{}: {um:.0} µm is more than a probe can see, expected another unit", cells.place(row, a));
     }
-    Ok((Some(phasor), false))
+    Ok(phasor)
 }
 
 pub fn gap_v(cells: &Cells, row: &SheetRow, column: &Column) -> Result<Option<f64>> {
