@@ -78,6 +78,11 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
         }
     }
     said.name = names.join(" ");
+    // a small t with a unit of time
+    let is_time = said.stated.time.is_some() && said.name == "t";
+    if is_time {
+        said.name.clear();
+    }
     let has = |word: Word| words.contains(&word);
     said.synchronous = has(Word::Synchronous);
     if has(Word::OtherVibration) {
@@ -113,7 +118,7 @@ pub fn meaning(header: &str, is_probe: impl Fn(&str) -> bool) -> Meaning {
         }
         ColumnUnits { time: Some(unit), .. } if unit.is_epoch() => Some(Quantity::Time),
         _ if has(Word::Derivative) || has(Word::YAxis) => Some(Quantity::Amplitude),
-        _ if has(Word::XAxis) => Some(Quantity::Time),
+        _ if is_time || has(Word::XAxis) => Some(Quantity::Time),
         _ => None,
     });
     said
@@ -205,6 +210,8 @@ mod tests {
             ("Time [µs]", "", ChannelRole::Time(Some(TimeUnit::Microseconds))),
             ("X_Value", "", ChannelRole::Time(None)),
             ("t", "", ChannelRole::Time(None)),
+            ("t [ms]", "", ChannelRole::Time(Some(TimeUnit::Milliseconds))),
+            ("Elapsed (min)", "", ChannelRole::Time(Some(TimeUnit::Minutes))),
             ("T", "", signal("T", None)),
             ("Drehzahl [1/min]", "", ChannelRole::Speed),
             ("Speed", "rpm", ChannelRole::Speed),

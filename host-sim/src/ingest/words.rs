@@ -72,8 +72,8 @@ fn word(lower: &str) -> Option<Word> {
         | "winkelgeschwindigkeit"
         | "drehfrequenz" => Word::Speed,
         "run" | "lauf" | "versuch" | "messlauf" | "condition" => Word::Run,
-        "time" | "timestamp" | "datetime" | "zeit" | "zeitstempel" | "zeitpunkt" | "zeitmarke" | "hora"
-        | "temps" => Word::Time,
+        "time" | "timestamp" | "datetime" | "elapsed" | "zeit" | "zeitstempel" | "zeitpunkt"
+        | "zeitmarke" | "hora" | "temps" => Word::Time,
         "date" | "datum" | "fecha" => Word::Date,
         "uhrzeit" | "clock" | "tod" => Word::Clock,
         "point" | "channel" | "probe" | "sensor" | "messstelle" | "kanal" | "messpunkt" | "transducer"
