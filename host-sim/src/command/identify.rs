@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
@@ -71,7 +71,11 @@ impl Days {
             .filter(|r| r.complete().is_some())
             .collect();
         if chosen.is_empty() {
-            bail!("the record has no complete reading on days {} to {}", self.first, self.last);
+            bail!(
+                "there is no complete reading on days {} to {}, expected one at least",
+                self.first,
+                self.last
+            );
         }
         Ok(chosen)
     }
@@ -108,7 +112,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let rotor = rotor_file::read(&arguments.rotor)?;
     let record = arguments.runout.read(&arguments.record, &rotor)?;
     let runup = arguments.runup.as_deref().map(|path| arguments.runout.read(path, &rotor)).transpose()?;
-    let days = arguments.days.select(&record)?;
+    let days = arguments.days.select(&record).with_context(|| arguments.record.display().to_string())?;
     let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed, listener)?;
     let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
     output::model(&arguments.output, &found.rotor, &readings)?;

@@ -164,7 +164,10 @@ fn velocity_and_acceleration_are_integrated_to_displacement() {
             let miss = miss(&readings, probe, Recording::phasor_um(probe));
             assert!(miss < 1e-5, "{unit}, probe {probe}: {miss:.1e}");
         }
-        assert_says(&refused(&folder, &file, &["--unit", unit, "--mv-um", "8"]), &["--mv-um", "no voltages"]);
+        assert_says(
+            &refused(&folder, &file, &["--unit", unit, "--mv-um", "8"]),
+            &["a.csv: --mv-um", "no voltages"],
+        );
     }
 }
 
@@ -348,7 +351,7 @@ fn invalid_waveforms_are_refused_and_nothing_is_overwritten() {
     let says = refused(&folder, &still, &DC);
     assert_says(
         &says,
-        &["still.csv: there is no keyphasor: channel kph stays between -10.0", "expected a mark a turn"],
+        &["still.csv: there is no keyphasor: channel kph is -10.000000 throughout", "expected a mark a turn"],
     );
     let beyond = [&DC[..], &["--threshold", "-1"]].concat();
     assert_says(&refused(&folder, &good, &beyond), &["there is no keyphasor", "-1.0"]);
@@ -378,7 +381,10 @@ fn invalid_waveforms_are_refused_and_nothing_is_overwritten() {
         assert_says(&refused(&folder, &folder.write(name, bytes), &DC), &[says]);
     }
     for (options, says) in [
-        (&[][..], "expected --mv-um"),
+        (&[][..], "a.csv: states no unit, so the channels count as voltages, expected --mv-um"),
+        (&["--unit", "V"], "a.csv: the channels are voltages, expected --mv-um"),
+        (&["--mv-um", "9X=7.87"], "a.csv: --mv-um 9X: there is no such probe, expected one of 15X"),
+        (&["--mv-um", "15X=7.87"], "has no sensitivity, expected --mv-um"),
         (&["--mv-um", "7.87", "--keyphasor", "7X"], "--keyphasor: no channel is \"7X\", there are 15X"),
         (&["--mv-um", "7.87", "--keyphasor", "15X", "--channel", "15X=2"], "cannot be the probe 15X"),
         (&["--mv-um", "7.87", "--channel", "15X=1", "--channel", "15X=2"], "--channel 15X: is stated twice"),

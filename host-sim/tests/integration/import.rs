@@ -277,7 +277,7 @@ fn a_rotor_names_the_probes_and_what_is_of_no_probe_is_left() {
         &file,
         &["--rotor", &rotor, "--column", "RPM=speed:rpm", "--column", "2=7X:amplitude:um pp"],
     );
-    assert_says(&says, &["the rotor has no probe 7X"]);
+    assert_says(&says, &["a.csv", "the rotor has no probe 7X"]);
     let lacking = folder.write("b.csv", HEAD.to_string() + "1,11000,20,90,20,90\n");
     assert_says(&refused(&folder, &lacking, &["--rotor", &rotor]), &["b.csv"]);
 }
@@ -420,6 +420,26 @@ fn invalid_exports_are_refused_with_row_and_column() {
     let one = folder.write("one.csv", format!("Machine: K-101\n{HEAD}{row}"));
     let other = folder.write("other.csv", format!("Machine: K-102\n{HEAD}{row}"));
     assert_says(&refused(&folder, &one, &[&other]), &["other.csv", "\"K-102\"", "\"K-101\"", "one machine"]);
+}
+
+#[test]
+fn options_that_do_not_fit_name_the_file() {
+    let folder = Folder::new();
+    let row = "1,11000,20,30,20,30\n";
+    let file = folder.write("a.csv", HEAD.to_string() + row);
+    let timeless = folder.write("b.csv", HEAD.replacen("Time [h]", "Load", 1) + row);
+    for (file, options, says) in [
+        (&file, ["--column", "nope=left"], ["a.csv", "--column \"nope\"", "expected one of `"]),
+        (&file, ["--phase-shift", "2024-03-05=40"], ["a.csv", "--phase-shift", "without a calendar"]),
+        (&timeless, ["--phase-shift", "2024-03-05=40"], ["b.csv", "--phase-shift", "no time"]),
+    ] {
+        assert_says(&refused(&folder, file, &options), &says);
+    }
+    let alone = folder.write("c.csv", "Run,Speed [rpm],Fan DE 1X Amp [um pp]\nasfound,1480,152\n");
+    assert_says(&refused(&folder, &alone, &[]), &["c.csv", "no phase", "`rotor-edge balance --trial-only`"]);
+    let elapsed = folder.write("d.csv", HEAD.replacen("Time [h]", "t [h]", 1) + row + "24" + &row[1..]);
+    run(&[&elapsed], &folder.text("m.csv"), &[]);
+    assert_eq!(measured(&folder.path("m.csv")).1[1].time_d, Some(1.0));
 }
 
 #[test]

@@ -42,3 +42,18 @@ fn table_of_another_system_is_sent_to_import() {
     let message = refusal(&["compare", &rotor, &one_missing]);
     assert!(message.contains("15X_cos_um") && !message.contains("import"), "{message}");
 }
+
+#[test]
+fn short_record_and_rotor_without_unbalance_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let rotor = file(&folder, "r.toml", sample::ROTOR);
+    let header = sample::RECORD.lines().position(|line| !line.starts_with('#')).unwrap();
+    let lines: Vec<&str> = sample::RECORD.lines().skip(header).take(3).collect();
+    let record = file(&folder, "d.csv", &lines.join("\n"));
+    assert_says(&refusal(&["track", &rotor, &record]), &["d.csv", "2 complete readings", "at least 10"]);
+    let output = folder.path().join("o.toml").display().to_string();
+    let message = refusal(&["identify", &rotor, &record, "--days", "900..902", "-o", &output]);
+    assert_says(&message, &["d.csv", "no complete reading on days 900 to 902"]);
+    let message = refusal(&["replay", "--identified", "--rotor", &rotor, "--record", &record]);
+    assert_says(&message, &["r.toml", "unbalance_g_mm", "`rotor-edge identify`"]);
+}

@@ -40,7 +40,9 @@ impl Better {
         }
         let since_d = since_d.unwrap_or(day(record, 0));
         let from = (0..record.len()).find(|row| day(record, *row) >= since_d);
-        let Some(from) = from else { bail!("the record has no reading from day {since_d} on") };
+        let Some(from) = from else {
+            bail!("--since {since_d}: the record has no reading from that day on, expected an earlier day")
+        };
         let deployment = Deployment::new(&rotor, fastest_rpm)?;
         let config = ReplayConfig { power_cuts_d: Vec::new(), ..config.clone() };
         let played = replay::run(&deployment, &record[from..], &config, |_| ())?;

@@ -7,7 +7,7 @@ mod unbalance;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::Args;
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
@@ -151,6 +151,11 @@ impl Arguments {
     }
 }
 
+/// The name of a file, or of what is played where none is given.
+fn name(path: &Option<PathBuf>) -> String {
+    path.as_ref().map_or("the built-in sample".into(), |path| path.display().to_string())
+}
+
 pub fn run(arguments: &Arguments) -> Result<()> {
     let (rotor, record, runup) = arguments.load()?;
     if arguments.over.external && !rotor.unused.is_empty() {
@@ -164,12 +169,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let phase_one = match arguments.identified {
         true if rotor.plane.iter().any(|p| p.unbalance_g_mm.is_none()) => {
             bail!(
-                "--identified needs a rotor with unbalance_g_mm in every [[plane]]; run `rotor-edge identify` first"
+                "{}: [[plane]]: unbalance_g_mm is missing, expected it in every plane with --identified; \
+                 `rotor-edge identify` writes it",
+                name(&arguments.rotor)
             )
         }
         true => None,
         false => {
-            let days = Days::FIRST_THREE.select(&record)?;
+            let days = Days::FIRST_THREE.select(&record).with_context(|| name(&arguments.record))?;
             Some(identify::phase_one(
                 &rotor,
                 &days,

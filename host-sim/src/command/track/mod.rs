@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
@@ -205,7 +205,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         None => track::track(&rotor, record, &runup, &later, &config, &mut progress),
     };
     bar.finish_and_clear();
-    let mut followed = followed?;
+    let mut followed = followed.with_context(|| arguments.record.display().to_string())?;
     followed.remarks.splice(0..0, whole.passed_over());
     if let Some(path) = &arguments.csv {
         table::write(path, &rotor, &followed, dates)?;

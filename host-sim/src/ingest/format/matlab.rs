@@ -27,7 +27,8 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
     if !is(bytes) {
         bail!("{file}: is no MATLAB file of level 5 (7.3 is another), expected one that was saved with -v7");
     }
-    let wrong = || format!("{file}: cannot be read as a MATLAB file");
+    let wrong =
+        || format!("{file}: cannot be read as a MATLAB file, expected a whole one that was saved with -v7");
     let (header, mut rest) = bytes.split_at(HEADER_BYTES);
     let mut arrays = Vec::new();
     let mut limit = UnpackedLimit::of(bytes.len());

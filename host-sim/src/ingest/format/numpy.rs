@@ -44,7 +44,7 @@ pub fn read_array(file: &str, bytes: &[u8]) -> Result<Content> {
 
 /// Several named arrays, one `.npy` file each.
 pub fn read_archive(file: &str, bytes: &[u8]) -> Result<Content> {
-    let wrong = || format!("{file}: cannot be read as a NumPy archive");
+    let wrong = || format!("{file}: cannot be read as a NumPy archive, expected a whole .npz");
     let mut archive = ZipArchive::new(Cursor::new(bytes)).with_context(wrong)?;
     let mut arrays = Vec::new();
     let mut limit = UnpackedLimit::of(bytes.len());

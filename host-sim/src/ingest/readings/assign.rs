@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 use super::mapping::Mapping;
 use crate::ingest::calendar;
@@ -148,7 +148,7 @@ fn one(table: &ReadingTable, header: &Header, probes: &Probes, mapping: &Mapping
     // the group may be that of probes to the left
     let condition = conditions::stated(&[header.name.as_str(), &header.unit].join(" "));
     if let Some(rule) = mapping.column.iter().find(|rule| header.is(&rule.from)) {
-        return by_rule(header, rule, &said, condition.as_ref(), probes);
+        return by_rule(header, rule, &said, condition.as_ref(), probes).with_context(|| table.sheet.place());
     }
     if header.name.is_empty() {
         return Ok(Err("it has no header".into()));

@@ -30,7 +30,7 @@ pub(crate) mod written;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 use super::calendar::Moment;
 use super::format;
@@ -39,6 +39,7 @@ use super::sheets::Sheet;
 use super::table::{self, ReadingTable};
 use super::target::Quantity;
 use super::words::Word;
+use crate::terminal::listed;
 use join::JoinedRows;
 use mapping::Mapping;
 use plan::{Plan, plan};
@@ -74,12 +75,18 @@ pub fn import(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping)
     let mut all = gathered(files, of_rotor, mapping)?;
     let dates = all.plans.iter().find_map(|(_, plan)| plan.dates);
     for shift in &mapping.phase_shift {
-        all.turned += PhaseShift::parse(shift, dates)?.take_off(&mut all.record)?;
+        all.turned +=
+            PhaseShift::parse(shift, dates)?.take_off(&mut all.record).with_context(|| names(files))?;
     }
     if let Some(slow_roll) = &mapping.slow_roll {
         all.runout_um = Some(slow_roll::take_off(&mut all.record, slow_roll, files, of_rotor, mapping)?);
     }
     Ok(all)
+}
+
+/// Names of files for a sentence about all of them.
+fn names(files: &[PathBuf]) -> String {
+    listed(files.iter().map(|file| file.display().to_string()))
 }
 
 /// Everything but the slow roll and the phase reference.
@@ -88,6 +95,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let mut plans = Vec::new();
     let mut machine: Option<(String, String)> = None;
     let mut rules = vec![false; mapping.column.len()];
+    let mut columns = String::new();
     for path in files {
         let sheets = format::sheets(path, table::score)?;
         let table = only_table(path, &sheets, mapping)?;
@@ -100,13 +108,18 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
         for (rule, used) in mapping.column.iter().zip(&mut rules) {
             *used |= table.columns.iter().any(|column| column.is(&rule.from));
         }
+        columns = listed(table.columns.iter().map(|c| format!("`{}`", c.name)));
         let plan = plan(&table, of_rotor.map(<[String]>::to_vec), mapping)?;
         let run = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
         record.add(&table, &plan, mapping, run.as_deref().filter(|_| mapping.runs_from_files))?;
         plans.push((table.sheet.place(), plan));
     }
     if let Some((rule, _)) = mapping.column.iter().zip(&rules).find(|(_, used)| !**used) {
-        bail!("--column \"{}\": there is no column of that name or number", rule.from);
+        bail!(
+            "{}: --column \"{}\": there is no column of that name or number, expected one of {columns}",
+            names(files),
+            rule.from
+        );
     }
     if mapping.speed_rpm.is_some() && plans.iter().all(|(_, plan)| plan.column(Quantity::Speed).is_some()) {
         bail!(

@@ -140,19 +140,19 @@ fn whole(
     mapping: &Mapping,
 ) -> Result<()> {
     let place = format!("{}: row {}", table.sheet.place(), table.header_row);
-    let names = || listed(table.columns.iter().map(|c| format!("`{}`", c.name)));
-    if mapping.speed_rpm.is_none() && !assigned.iter().any(|c| c.target.quantity == Quantity::Speed) {
-        bail!(
-            "{place}: no column is a speed, expected one, --column \"NAME=speed:rpm\" or --speed-rpm; there are {}",
-            names()
-        );
-    }
     let vibration: Vec<&Target> =
         assigned.iter().map(|c| &c.target).filter(|t| t.quantity.is_vibration()).collect();
     if vibration.is_empty() {
         let why = left.iter().map(|l| format!("`{}` ({})", l.header, l.why)).collect::<Vec<_>>().join(", ");
         bail!(
             "{place}: no column is a 1x vibration, expected amplitude and phase of a probe; left are {why}"
+        );
+    }
+    let names = || listed(table.columns.iter().map(|c| format!("`{}`", c.name)));
+    if mapping.speed_rpm.is_none() && !assigned.iter().any(|c| c.target.quantity == Quantity::Speed) {
+        bail!(
+            "{place}: no column is a speed, expected one, --column \"NAME=speed:rpm\" or --speed-rpm; there are {}",
+            names()
         );
     }
     let all: HashSet<(Quantity, Option<&str>)> =
@@ -170,8 +170,14 @@ fn whole(
         let is_whole = mapping.amplitudes_alone && target.quantity == Amplitude;
         if !is_whole && !all.contains(&(other, target.probe.as_deref())) {
             let of = target.probe.as_deref().map_or(String::new(), |probe| format!(" of {probe}"));
+            let is_alone = vibration.iter().all(|other| other.quantity == Amplitude);
+            let help = if is_alone {
+                "; of amplitudes alone, `rotor-edge balance --trial-only` makes a balance"
+            } else {
+                ""
+            };
             bail!(
-                "{place}: there is the {}{of} and no {}, expected both, or --column \"NAME=left\"",
+                "{place}: there is the {}{of} and no {}, expected both, or --column \"NAME=left\"{help}",
                 target.quantity.name(),
                 other.name()
             );

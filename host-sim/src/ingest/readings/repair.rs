@@ -117,14 +117,15 @@ impl PhaseShift {
         let mut turned = 0;
         for k in 0..record.samples.len() {
             let Some(when) = record.samples[k].when else {
-                bail!("--phase-shift: the readings have no time")
+                bail!("--phase-shift: the readings have no time, expected a column of times")
             };
             let after = match (when, self.from) {
                 // a date without a zone is one of the record's own zone
                 (Moment::Zoned(a), Moment::Local(b)) | (Moment::Local(a), Moment::Zoned(b)) => a >= b,
                 (a, b) if a.days_since(b).is_none() => {
                     bail!(
-                        "--phase-shift: the readings have days without a calendar, or a calendar without such days"
+                        "--phase-shift: the times are days without a calendar and the date is of one, or the other way, expected \
+                         both of one kind"
                     )
                 }
                 (Moment::Elapsed(a), Moment::Elapsed(b)) => a >= b,

@@ -64,7 +64,7 @@ pub fn probes<'a>(
     let stated_probes = settings.channel.iter().map(|assigned| ("--channel", &assigned.probe));
     let sensed = settings.mv_um.iter().filter_map(|s| Some(("--mv-um", s.probe.as_ref()?)));
     if let Some((option, probe)) = stated_probes.chain(sensed).find(|(_, probe)| !names.contains(probe)) {
-        bail!("{option} {probe}: there is no such probe, expected one of {}", names.join(", "));
+        bail!("{file}: {option} {probe}: there is no such probe, expected one of {}", names.join(", "));
     }
     // the first channel that may be a probe's
     let mut named: HashMap<String, &Channel> = HashMap::new();
@@ -104,7 +104,9 @@ pub fn probes<'a>(
         let of_all = || settings.mv_um.iter().rfind(|s| s.probe.is_none());
         let mv_um = match own.or_else(of_all) {
             Some(sensitivity) => sensitivity.mv_um,
-            None if settings.unit().is_voltage() => bail!("--mv-um: there is none for the probe {probe}"),
+            None if settings.unit().is_voltage() => {
+                bail!("{file}: the probe {probe} has no sensitivity, expected --mv-um {probe}=MV_UM")
+            }
             None => 1.0,
         };
         all.push(Assignment { probe, channel, mv_um });

@@ -220,7 +220,9 @@ fn of_file(
             file,
             marks.all.len(),
             &losses,
-            uneven.clone().or(drifted.map(|d| d.advice(settings.revolutions, settings.largest_drift))),
+            { uneven.clone() }
+                .or(drifted.map(|d| d.advice(settings.revolutions, settings.largest_drift)))
+                .or_else(|| vectors::slow(&losses, &marks.all, rate_hz, settings.slowest_rpm)),
             settings,
         )?;
     }

@@ -61,6 +61,12 @@ pub fn pulses(
     }
     if found.all.is_empty() {
         let [low, high] = outermost.map(|number| number * unit_per_number);
+        if low == high {
+            bail!(
+                "{file}: there is no keyphasor: channel {} is {low:.6} throughout, expected a mark a turn",
+                channel.header
+            );
+        }
         let (way, side) = if settings.falling { ("falls", "above") } else { ("rises", "below") };
         let rearm = edges.rearm(outermost, found.threshold);
         bail!(

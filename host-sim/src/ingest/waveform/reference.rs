@@ -39,7 +39,7 @@ pub struct Referenced {
 pub fn referenced(waveform: Waveform, settings: &Settings) -> Result<Referenced> {
     let mut settings = settings.clone();
     settings.unit = settings.unit.or_else(|| stated_unit(&waveform, &settings));
-    settings.check_sensitivity()?;
+    settings.check_sensitivity(&waveform.file)?;
     let has_key =
         settings.keyphasor.keyphasor.is_some() || waveform.channels.iter().any(|c| is_keyphasor(&c.name));
     let of_file = if has_key { None } else { samples_a_turn(&waveform)? };

@@ -149,9 +149,6 @@ impl Settings {
         if self.keyphasor.hold_off.is_some_and(|part| !(part > 0.0 && part < 1.0)) {
             bail!("--hold-off: expected a part of the time between two marks, above 0 and below 1");
         }
-        if self.unit.is_some() {
-            self.check_sensitivity()?;
-        }
         let is_again = |i: usize| self.channel[..i].iter().any(|other| other.probe == self.channel[i].probe);
         if let Some(i) = (0..self.channel.len()).find(|i| is_again(*i)) {
             bail!("--channel {}: is stated twice, expected one channel", self.channel[i].probe);
@@ -169,12 +166,17 @@ impl Settings {
     ///
     /// # Errors
     /// If there is a sensitivity and no voltage, or a voltage and no sensitivity.
-    pub fn check_sensitivity(&self) -> Result<()> {
-        match (self.unit().is_voltage(), self.mv_um.is_empty()) {
-            (true, true) => {
-                bail!("the channels are voltages, expected --mv-um with the sensitivity of the probes")
+    pub fn check_sensitivity(&self, file: &str) -> Result<()> {
+        const EXPECTED: &str = "expected --mv-um with the sensitivity of the probes";
+        match (self.unit, self.mv_um.is_empty()) {
+            (None, true) => {
+                bail!("{file}: states no unit, so the channels count as voltages, {EXPECTED}, or --unit")
             }
-            (false, false) => bail!("--mv-um: the channels are no voltages, expected no sensitivity"),
+            (Some(unit), true) if unit.is_voltage() => bail!("{file}: the channels are voltages, {EXPECTED}"),
+            (Some(unit), false) if !unit.is_voltage() => bail!(
+                "{file}: --mv-um: the channels are no voltages but in {}, expected no sensitivity",
+                unit.symbol()
+            ),
             _ => Ok(()),
         }
     }

@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use rotor_edge_core::extraction::Outcome;
 use rotor_edge_desktop::measurement::Reading;
 
-use super::mark::Mark;
+use super::mark::{Mark, intervals};
 use super::settings::Settings;
 use super::train::uneven_turns;
 use super::windows::{ProbeWindow, Window};
@@ -107,6 +107,16 @@ pub fn uneven(losses: &[Loss], marks: &[Mark]) -> Option<String> {
             "{uneven} of {turns} turns are unlike those beside them, so pulses are missing or false; expected another --threshold or \
              --hold-off, or a keyphasor with a clear pulse in each turn"
         )
+    })
+}
+
+/// Which option reads marks that come more rarely than the longest turn allows, if half of them do.
+pub fn slow(losses: &[Loss], marks: &[Mark], rate_hz: f64, slowest_rpm: f64) -> Option<String> {
+    let mut turns = intervals(marks);
+    turns.sort_by(f64::total_cmp);
+    let rpm = 60.0 * rate_hz / turns.get(turns.len() / 2)?;
+    (losses.iter().any(|loss| loss.why == NO_MARK) && rpm < slowest_rpm).then(|| {
+        format!("half of the marks show {rpm:.1} rpm or less, expected --slowest-rpm below the slowest speed")
     })
 }
 

@@ -48,6 +48,17 @@ fn false_and_missing_marks_lose_no_reading() {
 }
 
 #[test]
+fn no_mark_and_marks_below_the_slowest_speed_name_the_cause() {
+    let folder = Folder::new();
+    let recording = Recording::default();
+    let constant = file(&folder, &recording, |_| 5.0);
+    assert_says(&refused(&folder, &constant, &DC), &["a.csv", "channel kph is 5.000000 throughout"]);
+    let sound = file(&folder, &recording, |turns| pulse(turns, 0.0, 0.03));
+    let says = refused(&folder, &sound, &[&DC[..], &["--slowest-rpm", "100000"]].concat());
+    assert_says(&says, &["a.csv", "no mark for the longest turn", "expected --slowest-rpm below"]);
+}
+
+#[test]
 fn missing_marks_are_bridged_and_told_with_their_share() {
     let folder = Folder::new();
     // steep edges know a mark to a sample, whose error two marks beside a gap share
