@@ -435,6 +435,9 @@ fn options_that_do_not_fit_name_the_file() {
     ] {
         assert_says(&refused(&folder, file, &options), &says);
     }
+    let machines = folder.write("m1.csv", format!("Machine,{HEAD}K-1,{row}"));
+    let says = refused(&folder, &machines, &["--machine", "K-3"]);
+    assert_says(&says, &["m1.csv", "--machine \"K-3\"", "no row is of that machine"]);
     let alone = folder.write("c.csv", "Run,Speed [rpm],Fan DE 1X Amp [um pp]\nasfound,1480,152\n");
     assert_says(&refused(&folder, &alone, &[]), &["c.csv", "no phase", "`rotor-edge balance --trial-only`"]);
     let elapsed = folder.write("d.csv", HEAD.replacen("Time [h]", "t [h]", 1) + row + "24" + &row[1..]);

@@ -134,7 +134,11 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let joined = join::staggered(&mut record);
     record.lose_without_speed();
     let Some(start) = record.samples.first().map(|sample| sample.when) else {
-        bail!("{}: there is no reading below the header", plans[0].0);
+        let other = mapping.machine.as_ref().filter(|_| record.skipped.other_machines.rows > 0);
+        match other {
+            Some(name) => bail!("{}: --machine \"{name}\": no row is of that machine", names(files)),
+            None => bail!("{}: there is no reading below the header", plans[0].0),
+        }
     };
     let has_column = |name: &String| {
         let columns = plans.iter().flat_map(|(_, plan)| &plan.columns);
