@@ -1,11 +1,13 @@
 //! Files that are written whole or not at all, and that are on the disk once that is said.
 
 use std::fs::{File, Permissions};
-use std::io::{self, Write as _};
+use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 
 use crate::error::Error;
 
+/// Bytes of a drawing, at most: its parser takes up to fifty times as much memory.
+const LONGEST_DRAWING: usize = 8 << 20;
 /// Readable by all that the user's mask lets read.
 const USUAL_MODE: u32 = 0o666;
 
@@ -18,6 +20,23 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     check_target(path)?;
     replace(path, bytes)
         .map_err(|e| Error::file(&path.display().to_string(), format!("cannot be written ({e})")))
+}
+
+/// The text of a drawing: a rotor file, a table beside it, or a rotor of another program.
+///
+/// # Errors
+/// If it cannot be read, is no text, or is too long for a parser.
+pub fn read_drawing(path: &Path) -> Result<String, Error> {
+    let refused = |what: String| Error::file(&path.display().to_string(), what);
+    let unread = |e: io::Error| refused(format!("cannot be read ({e})"));
+    let mut bytes = Vec::new();
+    let file = File::open(path).map_err(unread)?;
+    file.take(LONGEST_DRAWING as u64 + 1).read_to_end(&mut bytes).map_err(unread)?;
+    if bytes.len() > LONGEST_DRAWING {
+        let most = LONGEST_DRAWING >> 20;
+        return Err(refused(format!("is longer than {most} MB, expected a drawing of {most} MB at most")));
+    }
+    io::read_to_string(&bytes[..]).map_err(unread)
 }
 
 /// Whether a file can be written there: its folder exists, and what bears its name, if anything does, is a file and
@@ -93,6 +112,22 @@ mod tests {
         write(&path, b"two").unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"two");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn drawing_is_read_up_to_the_longest_and_no_further() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rotor.toml");
+        std::fs::write(&path, vec![b'#'; LONGEST_DRAWING]).unwrap();
+        assert_eq!(read_drawing(&path).unwrap().len(), LONGEST_DRAWING);
+        for (bytes, says) in [
+            (vec![b'#'; LONGEST_DRAWING + 1], "rotor.toml: is longer than 8 MB"),
+            (vec![0xFF], "rotor.toml: cannot be read (stream did not contain valid UTF-8)"),
+        ] {
+            std::fs::write(&path, bytes).unwrap();
+            let refused = read_drawing(&path).unwrap_err().to_string();
+            assert!(refused.contains(says), "{refused}");
+        }
     }
 
     #[cfg(unix)]

@@ -52,8 +52,7 @@ pub fn read_allowing_unstated_angles(path: &Path) -> Result<(Rotor, Vec<String>)
 /// A file's name for messages, and its text.
 fn contents(path: &Path) -> Result<(String, String), Error> {
     let file = path.display().to_string();
-    let text =
-        std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
+    let text = whole_file::read_drawing(path)?;
     Ok((file, text))
 }
 

@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::machine::drawing::{Bearing, Coupling, Disk, Mount, Plane, Probe, Rotor};
 use crate::rotor_file::validation::{SCHEMA, check};
 use crate::units::same_place;
+use crate::whole_file;
 use element::RossElement;
 use import::Import;
 use line::ImportedShaft;
@@ -43,8 +44,7 @@ pub struct ImportedRotor {
 /// One sentence with the file, the element and what was expected.
 pub fn read(path: &Path) -> Result<ImportedRotor, Error> {
     let file = path.display().to_string();
-    let text =
-        std::fs::read_to_string(path).map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
+    let text = whole_file::read_drawing(path)?;
     let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
     parse(&file, &text, is_json)
 }

@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::bearing::table::{CoefficientTable, TableRow};
 use crate::error::Error;
+use crate::whole_file;
 
 /// Columns, and whether each must be there; one that is not is zero.
 const COLUMNS: [(&str, bool); 9] = [
@@ -42,8 +43,7 @@ pub(super) fn texts(root: &DeTable<'_>, folder: &Path) -> Result<Vec<(usize, Str
         let Some(name) = name else { continue };
         let path = folder.join(name);
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(&path)
-            .map_err(|e| Error::file(&file, format!("cannot be read ({e})")))?;
+        let text = whole_file::read_drawing(&path)?;
         let rows = Inline { table: rows(&file, &text)? };
         all.push((number, toml::to_string(&rows).map_err(|e| Error::file(&file, e))?));
     }
