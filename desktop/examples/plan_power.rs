@@ -1,12 +1,16 @@
 //! Whether `plan` keeps what it promises, on five machines: the predicted probability that an effect is found beside the share of
 //! simulated diagnoses that find it, and how often the best further measurement decides what was undecided.
 //!
-//!     cargo run --release -p rotor-edge-desktop --example plan_power -- [DRAWS]     40 if nothing is said
+//!     cargo run --release -p rotor-edge-desktop --example plan_power -- [DRAWS [MACHINE [EFFECT]]]
+//!
+//! 40 draws if nothing is said. MACHINE and EFFECT are parts of names and restrict the test; the effect `further` leaves further
+//! measurements alone.
 //!
 //! The machines are those of the plan, simulated as `simulate` does, from stated seeds.
 
 use std::path::Path;
 
+use rayon::prelude::*;
 use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, SURE, diagnose};
 use rotor_edge_desktop::machine::drawing::EffectEntry;
 use rotor_edge_desktop::measurement::Reading;
@@ -69,10 +73,33 @@ fn is_found(diagnosis: &Diagnosis, label: &str) -> bool {
     diagnosis.nothing_missing < SURE && (is_first || is_in_group)
 }
 
+/// What is said in place of the effect; `None` where it is found.
+fn missed(diagnosis: &Diagnosis, label: &str) -> Option<String> {
+    if is_found(diagnosis, label) {
+        return None;
+    }
+    if diagnosis.nothing_missing >= SURE {
+        return Some("nothing claimed".into());
+    }
+    let first = diagnosis.candidates.first().map(|c| c.label()).unwrap_or_default();
+    let group = diagnosis.indistinguishable.first().map(|g| g.join(" or "));
+    Some(group.unwrap_or(first))
+}
+
+/// What was said, each once, with how often.
+fn counted(mut said: Vec<String>) -> String {
+    said.sort();
+    let each = said.chunk_by(|a, b| a == b);
+    each.map(|alike| format!("; {} × {}", alike.len(), alike[0])).collect()
+}
+
 /// Effects with a smallest size, spread over all of them.
 fn chosen(plan: &Plan, offset: usize) -> Vec<&EffectPlan> {
     let sized: Vec<&EffectPlan> =
         plan.effects.iter().filter(|e| e.has_size && e.smallest.is_some()).collect();
+    if std::env::args().nth(3).is_some() {
+        return sized.into_iter().filter(|e| is_sought(3, &e.label())).collect();
+    }
     let count = EFFECTS.min(sized.len());
     (0..count).map(|k| sized[((2 * k + offset) * sized.len() / (2 * count)) % sized.len()]).collect()
 }
@@ -89,25 +116,25 @@ fn planned([folder, data]: [&str; 2], probability: f64) -> Plan {
 }
 
 /// Predicted and simulated probability of each combination.
-fn power(plans: &[(&str, Vec<Plan>)], draws: u64) {
-    println!("machine, effect, change of the readings, predicted, simulated ({draws} draws)");
-    let mut differences: Vec<[f64; 2]> = Vec::new();
-    for (name, plans) in plans {
-        for (offset, plan) in plans.iter().enumerate() {
-            for effect in chosen(plan, offset) {
-                let label = effect.label();
-                let size = effect.smallest.as_ref().expect("chosen for it");
-                let found = |seed: &u64| {
-                    let diagnosis = diagnosed(&plan.campaign, &size.entry, 1000 + seed);
-                    diagnosis.is_some_and(|d| is_found(&d, &label))
-                };
-                let share = (0..draws).filter(found).count() as f64 / draws as f64;
-                println!("{name}, {label}, {:.4}, {:.2}, {share:.2}", size.change, size.found);
-                differences
-                    .push([share - size.found, (size.found * (1.0 - size.found) / draws as f64).sqrt()]);
-            }
+fn power((name, plans): &(&str, Vec<Plan>), draws: u64, differences: &mut Vec<[f64; 2]>) {
+    for (offset, plan) in plans.iter().enumerate() {
+        for effect in chosen(plan, offset) {
+            let label = effect.label();
+            let size = effect.smallest.as_ref().expect("chosen for it");
+            let ends = (0..draws).into_par_iter().map(|seed| {
+                let diagnosis = diagnosed(&plan.campaign, &size.entry, 1000 + seed);
+                diagnosis.map_or_else(|| Some("no diagnosis".into()), |d| missed(&d, &label))
+            });
+            let misses: Vec<String> = ends.flatten().collect();
+            let share = 1.0 - misses.len() as f64 / draws as f64;
+            println!("{name}, {label}, {:.4}, {:.2}, {share:.2}{}", size.change, size.found, counted(misses));
+            differences.push([share - size.found, (size.found * (1.0 - size.found) / draws as f64).sqrt()]);
         }
     }
+}
+
+/// How far the two differ.
+fn sum_up(differences: &[[f64; 2]]) {
     let count = differences.len();
     let near = |slack: f64| differences.iter().filter(|[d, sd]| d.abs() <= NEAR + slack * sd).count();
     let mean = differences.iter().map(|[d, _]| d).sum::<f64>() / count as f64;
@@ -121,47 +148,73 @@ fn power(plans: &[(&str, Vec<Plan>)], draws: u64) {
 }
 
 /// How often the best further measurement decides a case that is undecided.
-fn further(plans: &[(&str, Vec<Plan>)]) {
+fn further(plans: &[(&str, Vec<Plan>)], draws: u64) {
     println!("machine, effect, best further measurement, verdict with it");
-    let (mut undecided, mut decided, mut right) = (0, 0, 0);
+    let [mut undecided, mut decided, mut right, mut drawn] = [0; 4];
     for (name, plans) in plans {
         let (mut of_machine, plan) = (0, plans.last().expect("one a probability"));
-        let Some(best) = plan.next.first() else { continue };
         for (k, effect) in plan.effects.iter().enumerate() {
             if of_machine == UNDECIDED_EACH || undecided == UNDECIDED {
                 break;
             }
             let (label, entry) = (effect.label(), &effect.relevant.entry);
             let seed = 5000 + k as u64;
-            let before = diagnosed(&plan.campaign, entry, seed);
-            if !before.is_some_and(|d| d.verdict == DiagnosisVerdict::Undecided && is_found(&d, &label)) {
+            let Some(before) = diagnosed(&plan.campaign, entry, seed) else { continue };
+            if before.verdict != DiagnosisVerdict::Undecided || !is_found(&before, &label) {
                 continue;
             }
+            let group = before.indistinguishable.first().cloned().unwrap_or_else(|| vec![label.clone()]);
+            let Some(best) = plan.best_for(&group) else { continue };
             of_machine += 1;
             undecided += 1;
-            let Some(after) = diagnosed(&best.campaign, entry, seed + 1000) else {
-                println!("{name}, {label}, {}, not simulated", best.measurement);
-                continue;
-            };
-            let is_decided = after.verdict == DiagnosisVerdict::Missing;
-            let is_right = is_decided && after.candidates.first().is_some_and(|c| c.label() == label);
-            decided += usize::from(is_decided);
-            right += usize::from(is_right);
-            let first = after.candidates.first().map(|c| c.label()).unwrap_or_default();
-            println!("{name}, {label}, {}, {:?} {first}", best.measurement, after.verdict);
+            let then = |draw: u64| diagnosed(&best.campaign, entry, seed + 1000 * (draw + 1));
+            let after: Vec<Diagnosis> = (0..draws).into_par_iter().filter_map(then).collect();
+            let decisions = || after.iter().filter(|d| d.verdict == DiagnosisVerdict::Missing);
+            let is_right = |d: &&Diagnosis| d.candidates.first().is_some_and(|c| c.label() == label);
+            let (of_case, right_of_case) = (decisions().count(), decisions().filter(is_right).count());
+            decided += of_case;
+            right += right_of_case;
+            drawn += after.len();
+            let ends = after.iter().map(|d| {
+                let first = d.candidates.first().map(|c| c.label()).unwrap_or_default();
+                format!(
+                    "{} {}",
+                    d.verdict.name(),
+                    d.indistinguishable.first().map_or(first, |g| g.join(" or "))
+                )
+            });
+            let ends = counted(ends.collect());
+            println!("{name}, {label}, {}, {of_case} of {} decided{ends}", best.measurement, after.len());
         }
     }
     println!(
-        "{undecided} undecided cases: {decided} decided by the best further measurement, {right} of them rightly"
+        "{undecided} undecided cases: {decided} of {drawn} draws decided by the best further measurement, {right} of them rightly"
     );
+}
+
+/// Whether a name holds what this argument says, if it says anything.
+fn is_sought(argument: usize, name: &str) -> bool {
+    std::env::args().nth(argument).is_none_or(|part| name.contains(&part))
 }
 
 fn main() {
     let draws = std::env::args().nth(1).map_or(DRAWS, |text| text.parse().expect("a number of draws"));
+    let is_further_alone = std::env::args().nth(3).is_some_and(|part| part == "further");
     let of_machine = |files: &[&'static str; 2]| {
         (files[0], PROBABILITIES.map(|probability| planned(*files, probability)).to_vec())
     };
-    let plans: Vec<(&str, Vec<Plan>)> = MACHINES.iter().map(of_machine).collect();
-    power(&plans, draws);
-    further(&plans);
+    println!("machine, effect, change of the readings, predicted, simulated ({draws} draws)");
+    let (mut plans, mut differences) = (Vec::new(), Vec::new());
+    for files in MACHINES.iter().filter(|files| is_sought(2, files[0])) {
+        let of_machine = of_machine(files);
+        if !is_further_alone {
+            power(&of_machine, draws, &mut differences);
+        }
+        plans.push(of_machine);
+    }
+    sum_up(&differences);
+    if std::env::args().nth(3).is_some() && !is_further_alone {
+        return;
+    }
+    further(&plans, draws);
 }

@@ -10,6 +10,7 @@ use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::{Drawing, Fit, Fitter, ShaftKind, singular};
 use crate::error::Error;
+use crate::machine::drawing::Noise;
 use crate::statistics::whitening::Whitening;
 
 /// A hypothesis that predicts the readings for any unknowns.
@@ -43,6 +44,16 @@ impl Drawing {
     /// Whitens columns in noise units by scatter and errors of the drawing.
     pub fn whiten(&self, columns: &mut DMatrix<f64>) {
         self.whitening.apply(columns);
+    }
+
+    /// Columns in noise units again, of which the noise is independent but for the drawing.
+    pub fn unwhiten(&self, columns: &mut DMatrix<f64>) {
+        self.whitening.unapply_deviations(columns);
+    }
+
+    /// The same drawing where the standard deviation of each real number was so many times as large.
+    pub fn reweighed(&self, ratios: &DVector<f64>) -> Self {
+        self.under(self.whitening.reweighed(ratios))
     }
 }
 
@@ -79,12 +90,13 @@ impl Fitter<'_> {
         problem.tangent().ok_or_else(singular)
     }
 
-    /// The same machine where the readings are changed by this, in noise units; their noise stays.
-    pub fn changed(&self, change: &DVector<f64>) -> Self {
+    /// The same machine where the readings are changed by this, in noise units, and have the noise of their new size.
+    pub fn changed(&self, change: &DVector<f64>, noise: &Noise) -> Self {
         let mut data = self.data.clone();
         let values = data.rows.iter_mut().flat_map(|row| &mut row.values);
         for (v, by) in values.zip(change.as_slice().chunks_exact(2)) {
             v.measured_m += Complex::new(by[0], by[1]) * v.sigma_m;
+            v.sigma_m = noise.sigma_m(v.measured_m);
         }
         Self { further: self.further, ..Self::new(self.rotor, data) }
     }

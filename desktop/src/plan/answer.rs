@@ -92,8 +92,29 @@ pub struct FurtherMeasurement {
     pub found: [usize; 2],
     /// Effects that would be named alone at their relevant size, and how many without it.
     pub alone: [usize; 2],
+    /// Probability that an effect of its relevant size is named alone, by label.
+    pub alone_of: Vec<(String, f64)>,
     /// 95 % half-width of each plane's unbalance with it, relative to that without.
     pub half_widths: Vec<f64>,
+}
+
+impl FurtherMeasurement {
+    /// Average probability with which one of these effects would be named alone.
+    fn tells_apart(&self, labels: &[String]) -> f64 {
+        let of = |label: &String| self.alone_of.iter().find(|(l, _)| l == label).map(|(_, alone)| *alone);
+        let all: Vec<f64> = labels.iter().filter_map(of).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
+    }
+}
+
+impl Plan {
+    /// The further measurement that most probably decides which of these effects it is, by their labels: those that a diagnosis could
+    /// not tell apart. The best of all tells most of them, and of the unbalance besides, on average over every effect.
+    pub fn best_for(&self, labels: &[String]) -> Option<&FurtherMeasurement> {
+        self.next.iter().reduce(|best, other| {
+            if other.tells_apart(labels) > best.tells_apart(labels) { other } else { best }
+        })
+    }
 }
 
 /// What measurements could show.

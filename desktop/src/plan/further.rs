@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::answer::{EffectPlan, FurtherMeasurement};
 use super::campaign::Campaign;
 use super::planned::PlannedModel;
-use super::power::outcome;
+use super::power::{Outcome, outcome};
 use super::strength::EffectState;
 use crate::diagnose::advice::{self, Measurement};
 use crate::diagnose::base::BaseModel;
@@ -36,6 +36,8 @@ const MOST_PAIRS: usize = 6;
 pub struct Further {
     found: usize,
     alone: usize,
+    /// Probability of each effect to be named alone, by label.
+    alone_of: Vec<(String, f64)>,
     bits: f64,
     half_widths: Vec<f64>,
 }
@@ -80,7 +82,7 @@ impl Further {
         let readings = campaign.readings()?;
         let fitter = Fitter::new(&campaign.rotor, Data::new(&campaign.rotor, &campaign.noise, &readings));
         let placed: Vec<PlacedEffect> = sizes.iter().map(|(placed, _)| *placed).collect();
-        let planned = PlannedModel::looking_for(BaseModel::as_stated(&fitter)?, &placed)?;
+        let planned = PlannedModel::looking_for(BaseModel::as_stated(&fitter)?, campaign.noise, &placed)?;
         let planes = planned.planes()?;
         Ok(Self::found_by(&planned, sizes, &planes))
     }
@@ -97,10 +99,14 @@ impl Further {
             let (_, entry) = sizes.iter().find(|(p, _)| crate::diagnose::base::same(p, &placed))?;
             let state = stated(&with.scales, with.rotor, placed, entry);
             let change = planned.change(&with, &planned.forward(&with).ok()?, &state)?;
-            Some(outcome(planned, number, &planned.signal_beside_fit(&change)?, &[]))
+            let outcome = outcome(planned, number, &planned.signal_beside_fit(&change)?, &[]);
+            Some((placed.label(with.rotor), outcome))
         };
-        let outcomes: Vec<_> = (0..planned.candidates.len()).into_par_iter().filter_map(look).collect();
-        let count = |of: &dyn Fn(&super::power::Outcome) -> f64| match is_saturated {
+        let looked: Vec<(String, Outcome)> =
+            (0..planned.candidates.len()).into_par_iter().filter_map(look).collect();
+        let (labels, outcomes): (Vec<String>, Vec<Outcome>) = looked.into_iter().unzip();
+        let alone = outcomes.iter().map(|o| if is_saturated { 0.0 } else { o.alone });
+        let count = |of: &dyn Fn(&Outcome) -> f64| match is_saturated {
             true => 0,
             false => outcomes.iter().filter(|o| of(o) >= super::smallest::PROBABLE).count(),
         };
@@ -108,6 +114,7 @@ impl Further {
         Self {
             found: count(&|o| o.found),
             alone: count(&|o| o.alone),
+            alone_of: labels.into_iter().zip(alone).collect(),
             bits: bits / outcomes.len().max(1) as f64,
             half_widths: planes.planes.iter().map(|p| p.region.semi_axes_g_mm[0]).collect(),
         }
@@ -124,6 +131,7 @@ impl Further {
             gain_bits: self.bits - before.bits + by_planes,
             found: [self.found, before.found],
             alone: [self.alone, before.alone],
+            alone_of: self.alone_of,
             half_widths,
         }
     }

@@ -1,10 +1,13 @@
 //! What can be mistaken for something else: candidates and unknown causes, as directions of the readings.
 
+use std::borrow::Cow;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::model::{PlannedReadings, orthonormal};
+use super::noise::PlannedNoise;
 use super::strength::EffectState;
-use crate::decomposition::svd;
+use crate::decomposition::{hermitian, transposed_product};
 use crate::error::Error;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::starts_for;
@@ -12,6 +15,8 @@ use crate::fit::starts_for;
 /// Steps over the size of an unknown cause, and its range: the share of the readings' variance that it makes.
 const SIZES: usize = 24;
 const SIZE_RANGE: [f64; 2] = [1e-3, 1e4];
+/// Directions that show less than this share of the largest are rounding errors.
+const LEAST_SIZE: f64 = 1e-6;
 /// Largest whitened length of a candidate's direction, relative to the same before the model follows it, that counts as followed.
 const FOLLOWED: f64 = 1e-6;
 
@@ -79,13 +84,23 @@ impl Candidate {
         (!spans.is_empty()).then_some(Self { placed, unknowns, is_switch, shape: Shape::Spans(spans) })
     }
 
-    /// What it leaves of a visible signal at its best.
-    pub fn left(&self, visible: &DVector<f64>) -> DVector<f64> {
+    /// What it leaves of each visible signal at its best, in their noise.
+    pub fn left(&self, noise: &PlannedNoise, signals: [&DVector<f64>; 2]) -> [DVector<f64>; 2] {
+        let there = |stated: &DMatrix<f64>| noise.unfollowed(noise.of_stated(stated));
         match &self.shape {
-            Shape::Fixed(own) => visible - own,
+            Shape::Fixed(own) => {
+                let own = there(&DMatrix::from_columns(std::slice::from_ref(own)));
+                signals.map(|visible| visible - own.column(0))
+            }
             Shape::Spans(spans) => {
-                let all = spans.iter().map(|span| visible - span * span.tr_mul(visible));
-                all.min_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_else(|| visible.clone())
+                let spans: Vec<Cow<DMatrix<f64>>> = match noise.is_stated() {
+                    true => spans.iter().map(Cow::Borrowed).collect(),
+                    false => spans.iter().map(|span| Cow::Owned(orthonormal(there(span)))).collect(),
+                };
+                signals.map(|visible| {
+                    let all = spans.iter().map(|span| visible - &**span * span.tr_mul(visible));
+                    all.min_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_else(|| visible.clone())
+                })
             }
         }
     }
@@ -105,8 +120,8 @@ impl Candidate {
 /// Unknown causes as a diagnosis assumes them: a force or stiffness at some place that follows smooth functions of speed, a drawing
 /// that is off.
 pub struct UnknownCauses {
-    /// Orthonormal directions of each, and the size of each direction for a cause of unit size.
-    all: Vec<(DMatrix<f64>, DVector<f64>)>,
+    /// What each shows per unknown for a cause of unit size, in the noise of the readings as stated.
+    all: Vec<DMatrix<f64>>,
 }
 
 impl UnknownCauses {
@@ -119,30 +134,38 @@ impl UnknownCauses {
         let (drawing, fit) = &base.search;
         let assumptions = base.fitter.unknown_causes();
         let shown = base.fitter.shown(&base.hypothesis, fit, drawing, &assumptions)?;
-        let directions = |response: DMatrix<f64>| {
-            let found = svd(planned.visible(response))?;
-            Some((found.u?, found.singular_values))
-        };
-        Ok(Self { all: shown.into_iter().filter_map(|s| directions(s.response)).collect() })
+        Ok(Self { all: shown.into_iter().map(|s| planned.visible(s.response)).collect() })
     }
 
     /// Twice the average log evidence of an unknown cause over nothing but noise, where this is the signal.
-    pub fn evidence(&self, planned: &PlannedReadings, visible: &DVector<f64>) -> f64 {
-        let fits: Vec<(f64, f64)> = self.all.iter().map(|(u, sizes)| best_size(u, sizes, visible)).collect();
+    pub fn evidence(&self, noise: &PlannedNoise, visible: &DVector<f64>) -> f64 {
+        let of_one = |stated: &DMatrix<f64>| match noise.is_stated() {
+            true => best_size(stated, visible),
+            false => best_size(&noise.unfollowed(noise.of_stated(stated)), visible),
+        };
+        let fits: Vec<(f64, f64)> = self.all.iter().map(of_one).collect();
         let best = fits.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0));
         let weights: f64 = fits.iter().map(|(gain, _)| (0.5 * (gain - best.0)).exp()).sum();
         let averaged = 2.0 * (weights / fits.len().max(1) as f64).max(f64::MIN_POSITIVE).ln();
-        best.0 - planned.base.fitter.sizes.price_of_one(best.1) + averaged
+        best.0 - noise.sizes.price_of_one(best.1) + averaged
     }
 }
 
 /// Largest average gain of a cause with independent unknowns of one size, and how many of them the readings determine then.
-fn best_size(directions: &DMatrix<f64>, sizes: &DVector<f64>, visible: &DVector<f64>) -> (f64, f64) {
-    let seen = directions.tr_mul(visible);
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
-    if largest <= 0.0 {
+fn best_size(response: &DMatrix<f64>, visible: &DVector<f64>) -> (f64, f64) {
+    if response.is_empty() {
         return (0.0, 0.0);
     }
+    let eigen = hermitian(transposed_product(response, response));
+    let sizes = eigen.eigenvalues.map(|square| square.max(0.0).sqrt());
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    if !largest.is_finite() || largest <= 0.0 {
+        return (0.0, 0.0);
+    }
+    // along orthonormal directions; those that rounding makes show nothing
+    let along = eigen.eigenvectors.tr_mul(&response.tr_mul(visible));
+    let seen =
+        along.zip_map(&sizes, |along, size| if size > LEAST_SIZE * largest { along / size } else { 0.0 });
     let [low, high] = SIZE_RANGE;
     let at = |k: usize| {
         let variance =

@@ -12,6 +12,7 @@
 //! |---|---|
 //! | `campaign` | runs, speeds and unbalance; the readings that the machine as stated would give |
 //! | `model` | the machine in such readings: what a fit follows, what candidates and unknown causes can imitate |
+//! | `noise` | the noise of readings that an effect changes |
 //! | `strength` | an effect from nothing to more than a machine has |
 //! | `power` | probability that an effect is found |
 //! | `smallest` | the smallest effect that is found |
@@ -22,6 +23,7 @@ mod campaign;
 mod further;
 mod imitation;
 mod model;
+mod noise;
 mod planned;
 mod power;
 mod smallest;
@@ -61,7 +63,7 @@ pub fn plan_telling(rotor: &Rotor, request: &PlanRequest, told: ProgressListener
     let noise = campaign.noise;
     let fitter = Fitter::new(&campaign.rotor, Data::new(&campaign.rotor, &noise, &readings)).telling(told);
     crate::diagnose::checks::enough(&fitter)?;
-    let planned = PlannedModel::of(&fitter)?;
+    let planned = PlannedModel::of(&fitter, noise)?;
     let saturated = rank::saturation(&planned.base);
     let progress = &fitter.progress;
     progress.plan(planned.candidates.len());

@@ -1,15 +1,19 @@
 //! The machine in the planned readings: what a fit follows of a change, and what candidates make of the rest.
 
+use std::sync::Arc;
+
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::noise::{PlannedNoise, Reweighing};
 use super::strength::EffectState;
 use crate::decomposition::svd;
 use crate::diagnose::PlaneUnbalances;
 use crate::diagnose::base::BaseModel;
 use crate::error::Error;
-use crate::fit::forward::{ExpectedCost, ForwardModel};
+use crate::fit::forward::ForwardModel;
 use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
-use crate::fit::{Effort, starts_for};
+use crate::fit::{Drawing, Effort, Fitter, starts_for};
+use crate::machine::drawing::Noise;
 
 type C = Complex<f64>;
 
@@ -19,19 +23,19 @@ const LEAST_DIRECTION: f64 = 1e-7;
 /// A machine in readings that it would give itself.
 pub struct PlannedReadings<'a> {
     pub base: BaseModel<'a>,
-    cost: ExpectedCost,
-    /// Cost where nothing is missed.
-    least_cost: f64,
-    /// What bearings, planes and stated effects follow, as orthonormal columns: readings, whitened, then priors of the bearings.
-    followed: DMatrix<f64>,
+    noise: Noise,
+    /// What the readings as they are are judged by.
+    stated_noise: Arc<PlannedNoise>,
     /// The readings as they are, and as the model predicts them, in noise units.
     readings: DVector<f64>,
     stated: DVector<f64>,
 }
 
 /// A change of the readings by an effect.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Signal {
+    /// What the changed readings are judged by.
+    pub noise: Arc<PlannedNoise>,
     /// What nothing of the model follows: readings, whitened, then priors of the bearings.
     pub visible: DVector<f64>,
     /// The same with the model taken as linear around the machine as stated, which is where a candidate that imitates the effect
@@ -42,11 +46,11 @@ pub struct Signal {
 }
 
 impl<'a> PlannedReadings<'a> {
-    /// Of the base model of readings that are the machine's own as its file states it.
+    /// Of the base model of readings that are the machine's own as its file states it, with this noise.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn of(base: BaseModel<'a>) -> Result<Self, Error> {
+    pub fn of(base: BaseModel<'a>, noise: Noise) -> Result<Self, Error> {
         let fitter = base.fitter;
         let (drawing, fit) = &base.search;
         let own = fitter.tangent(&base.hypothesis, &fit.x, drawing, &fit.amplitudes)?;
@@ -57,7 +61,6 @@ impl<'a> PlannedReadings<'a> {
             followed[(rows + i, i)] = u.law.prior_sd.recip();
         }
         debug_assert!(count >= priors.len(), "bearings come first");
-        let cost = fitter.expected_cost(fit, drawing);
         let readings = fitter.data.values().flat_map(|v| {
             let y = v.measured_m / v.sigma_m;
             [y.re, y.im]
@@ -68,9 +71,8 @@ impl<'a> PlannedReadings<'a> {
         drop(forward);
         Ok(Self {
             stated,
-            least_cost: cost.of(&DVector::zeros(rows)),
-            cost,
-            followed: orthonormal(followed),
+            noise,
+            stated_noise: Arc::new(PlannedNoise::stated(fitter, &base.hypothesis, fit, drawing, followed)),
             readings: DVector::from_iterator(rows, readings),
             base,
         })
@@ -104,34 +106,60 @@ impl<'a> PlannedReadings<'a> {
         Some(seen - &self.stated).filter(|change| change.iter().all(|v| v.is_finite()))
     }
 
-    /// The signal of a change of the readings, in noise units.
-    pub fn signal(&self, change: DVector<f64>) -> Signal {
-        let share = change.norm() / self.readings.norm().max(f64::MIN_POSITIVE);
-        let visible = self.visible(DMatrix::from_columns(&[change]));
-        let visible = visible.column(0).into_owned();
-        Signal { linear: visible.clone(), visible, change: share }
+    /// Root mean square of a change relative to the readings, in noise units.
+    fn share(&self, change: &DVector<f64>) -> f64 {
+        change.norm() / self.readings.norm().max(f64::MIN_POSITIVE)
     }
 
-    /// The same where the model is fitted to the changed readings: it follows large changes otherwise than small ones. `None` if
-    /// that fit fails.
+    /// The signal of a change of the readings, in noise units.
+    pub fn signal(&self, change: DVector<f64>) -> Signal {
+        let share = self.share(&change);
+        let visible = self.visible(DMatrix::from_columns(&[change]));
+        let visible = visible.column(0).into_owned();
+        Signal { noise: self.stated_noise.clone(), linear: visible.clone(), visible, change: share }
+    }
+
+    /// The same where the model is fitted to the changed readings, which have the noise of their size: it follows large changes
+    /// otherwise than small ones. `None` if that fit fails.
     pub fn signal_beside_fit(&self, change: &DVector<f64>) -> Option<Signal> {
         let BaseModel { fitter, hypothesis, search: (drawing, fit), .. } = &self.base;
-        let changed = fitter.changed(change);
+        let (changed, reweighing) = self.changed(change);
         let start = std::slice::from_ref(&fit.x);
-        let there = changed.fit(hypothesis, start, drawing, Effort::Rough, Some(&fit.amplitudes)).ok()?;
-        let visible = changed.missed(hypothesis, &there, drawing) - fitter.missed(hypothesis, fit, drawing);
-        Some(Signal { visible, ..self.signal(change.clone()) })
+        let there =
+            changed.fit(hypothesis, start, &reweighing.after, Effort::Rough, Some(&fit.amplitudes)).ok()?;
+        let missed = changed.missed(hypothesis, &there, &reweighing.after);
+        let noise = Arc::new(self.stated_noise.changed(&changed, &there, reweighing));
+        let [before, linear] = [fitter.missed(hypothesis, fit, drawing), self.signal(change.clone()).visible]
+            .map(|stated| noise.of_stated(&DMatrix::from_columns(&[stated])));
+        let linear = noise.unfollowed(linear).column(0).into_owned();
+        Some(Signal { visible: missed - before.column(0), linear, change: self.share(change), noise })
+    }
+
+    /// The same machine where the readings are changed, and their noise with them.
+    fn changed(&self, change: &DVector<f64>) -> (Fitter<'a>, Reweighing) {
+        let BaseModel { fitter, search: (drawing, _), .. } = &self.base;
+        let changed = fitter.changed(change, &self.noise);
+        let pairs = fitter.data.values().zip(changed.data.values());
+        let ratios: Vec<f64> =
+            pairs.flat_map(|(before, after)| [before.sigma_m / after.sigma_m; 2]).collect();
+        let ratios = DVector::from_vec(ratios);
+        let after: Drawing = drawing.reweighed(&ratios);
+        (changed, Reweighing { before: drawing.as_it_is(), after, ratios })
     }
 
     /// What a candidate costs at its best where the readings are changed, fitted as a diagnosis does; `None` if that fails.
     pub fn loss_of_fitted(&self, placed: PlacedEffect, change: &DVector<f64>) -> Option<f64> {
         let BaseModel { fitter, hypothesis, search: (drawing, fit), .. } = &self.base;
-        let (changed, with) = (fitter.changed(change), self.with(placed));
+        let ((changed, reweighing), with) = (self.changed(change), self.with(placed));
         let starts = starts_for(hypothesis, fit, placed);
         // the bearings of the fit are those of the file
         let starts: Vec<Vec<f64>> = starts.into_iter().step_by(2).collect();
-        let there = changed.fit(&with, &starts, drawing, Effort::Rough, Some(&fit.amplitudes)).ok()?;
-        Some(self.loss(&(changed.missed(&with, &there, drawing) - fitter.missed(hypothesis, fit, drawing))))
+        let amplitudes = Some(&fit.amplitudes);
+        let there = changed.fit(&with, &starts, &reweighing.after, Effort::Rough, amplitudes).ok()?;
+        let missed = changed.missed(&with, &there, &reweighing.after);
+        let noise = self.stated_noise.changed(&changed, &there, reweighing);
+        let before = noise.of_stated(&DMatrix::from_columns(&[fitter.missed(hypothesis, fit, drawing)]));
+        Some(noise.loss(&(missed - before.column(0))))
     }
 
     /// Of changes of the readings, one a column, what nothing of the model follows.
@@ -142,15 +170,8 @@ impl<'a> PlannedReadings<'a> {
 
     /// The same of changes that are whitened.
     pub fn unfollowed(&self, whitened: DMatrix<f64>) -> DMatrix<f64> {
-        let left = whitened.resize_vertically(self.followed.nrows(), 0.0);
-        &left - &self.followed * self.followed.tr_mul(&left)
-    }
-
-    /// What missing this costs on average beside missing nothing, twice a log likelihood.
-    pub fn loss(&self, missed: &DVector<f64>) -> f64 {
-        let rows = self.readings.len();
-        let priors = missed.rows(rows, missed.len() - rows).norm_squared();
-        self.cost.of(&missed.rows(0, rows).into_owned()) + priors - self.least_cost
+        let rows = whitened.nrows() + self.base.hypothesis.bearings.unknowns().len();
+        self.stated_noise.unfollowed(whitened.resize_vertically(rows, 0.0))
     }
 
     /// The unbalances of the planes with their 95 % regions.
@@ -167,6 +188,10 @@ impl<'a> PlannedReadings<'a> {
 /// An orthonormal basis of what columns span.
 pub fn orthonormal(mut columns: DMatrix<f64>) -> DMatrix<f64> {
     let rows = columns.nrows();
+    if columns.is_empty() {
+        // an effect that the model follows altogether
+        return columns;
+    }
     for mut column in columns.column_iter_mut() {
         let size = column.norm();
         if size > f64::MIN_POSITIVE {

@@ -10,6 +10,7 @@ use crate::diagnose::base::BaseModel;
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::hypothesis::PlacedEffect;
+use crate::machine::drawing::Noise;
 
 /// A machine in readings that it would give itself, and what could be taken for something else in them.
 pub struct PlannedModel<'a> {
@@ -20,22 +21,22 @@ pub struct PlannedModel<'a> {
 }
 
 impl<'a> PlannedModel<'a> {
-    /// Of readings that are the machine's own as its file states it.
+    /// Of readings that are the machine's own as its file states it, with this noise.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn of(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
+    pub fn of(fitter: &'a Fitter<'a>, noise: Noise) -> Result<Self, Error> {
         let base = BaseModel::as_stated(fitter)?;
         let possible = base.possible();
-        Self::looking_for(base, &possible)
+        Self::looking_for(base, noise, &possible)
     }
 
     /// The same where a diagnosis looks for these effects.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn looking_for(base: BaseModel<'a>, possible: &[PlacedEffect]) -> Result<Self, Error> {
-        let readings = PlannedReadings::of(base)?;
+    pub fn looking_for(base: BaseModel<'a>, noise: Noise, possible: &[PlacedEffect]) -> Result<Self, Error> {
+        let readings = PlannedReadings::of(base, noise)?;
         let unknown = UnknownCauses::of(&readings)?;
         let candidates = possible.par_iter().filter_map(|placed| Candidate::of(&readings, *placed)).collect();
         Ok(Self { readings, candidates, unknown })

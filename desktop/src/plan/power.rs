@@ -131,8 +131,8 @@ impl Other {
 }
 
 /// What an effect stands against.
-struct Contest<'p> {
-    sizes: &'p Sizes,
+struct Contest {
+    sizes: Sizes,
     weight: Weight,
     degrees: f64,
     /// Average cost of missing the effect, and the squared signal that it comes from.
@@ -143,19 +143,20 @@ struct Contest<'p> {
     unknown: f64,
 }
 
-impl<'p> Contest<'p> {
-    fn new(planned: &'p PlannedModel, number: usize, signal: &Signal, fitted: &[FittedRival]) -> Self {
+impl Contest {
+    fn new(planned: &PlannedModel, number: usize, signal: &Signal, fitted: &[FittedRival]) -> Self {
         let visible = &signal.visible;
         let own = &planned.candidates[number];
         let places = planned.candidates.len().max(1) as f64;
         let degrees = own.unknowns as f64;
-        let (loss, squared) = (planned.loss(visible).max(0.0), visible.norm_squared());
+        let noise = &*signal.noise;
+        let (loss, squared) = (noise.loss(visible).max(0.0), visible.norm_squared());
         let others = planned.candidates.iter().enumerate().filter(|(k, _)| *k != number);
         let other = |(k, other): (usize, &Candidate)| {
-            let (by_fit, linear) = (other.left(visible), other.left(&signal.linear));
+            let [by_fit, linear] = other.left(noise, [visible, &signal.linear]);
             let left = if linear.norm_squared() < by_fit.norm_squared() { linear } else { by_fit };
             let share = fitted.iter().find(|f| f.candidate == k).map_or(1.0, |f| f.share);
-            let lost = share * planned.loss(&left).max(0.0);
+            let lost = share * noise.loss(&left).max(0.0);
             let different = degrees + other.unknowns as f64 - 2.0 * own.common(other);
             Other {
                 candidate: Some(k),
@@ -169,9 +170,9 @@ impl<'p> Contest<'p> {
             }
         };
         let others = others.map(other).collect();
-        let unknown = planned.unknown.evidence(planned, visible) + loss - squared + 2.0 * OUTSIDE.ln();
+        let unknown = planned.unknown.evidence(noise, visible) + loss - squared + 2.0 * OUTSIDE.ln();
         let weight = Weight::of(own, places);
-        Self { sizes: &planned.base.fitter.sizes, weight, degrees, loss, squared, others, unknown }
+        Self { sizes: noise.sizes, weight, degrees, loss, squared, others, unknown }
     }
 
     fn average(&self) -> f64 {
@@ -184,8 +185,8 @@ impl<'p> Contest<'p> {
         let near: Vec<&Other> = self.others.iter().filter(|o| o.less < HOPELESS).collect();
         // the unknown cause follows the gain of the effect, as both come from the same readings
         let odds = |gain: f64| {
-            let rivals = near.iter().map(|o| of(o.weight.twice_ln_odds(self.sizes, gain - o.less)));
-            let own = of(self.weight.twice_ln_odds(self.sizes, gain));
+            let rivals = near.iter().map(|o| of(o.weight.twice_ln_odds(&self.sizes, gain - o.less)));
+            let own = of(self.weight.twice_ln_odds(&self.sizes, gain));
             own + rivals.sum::<f64>() + of(self.unknown + gain - self.average())
         };
         bisect(0.0, 4.0 * self.average() + 400.0, |gain| odds(gain) >= SURE.recip() - 1.0)
@@ -193,13 +194,13 @@ impl<'p> Contest<'p> {
 
     /// Finds out from which difference on each other explanation is beaten, at a typical gain.
     fn set_limits(&mut self, gain: f64) {
-        let mine = self.weight.twice_ln_odds(self.sizes, gain);
+        let mine = self.weight.twice_ln_odds(&self.sizes, gain);
         let margin = -2.0 * RIVAL.ln();
         for other in &mut self.others {
             let far = FAR * other.variance.sqrt();
             // evidence falls as the difference grows
             let limit = |least: f64| {
-                let leads = |d: f64| mine - other.weight.twice_ln_odds(self.sizes, gain - d) >= least;
+                let leads = |d: f64| mine - other.weight.twice_ln_odds(&self.sizes, gain - d) >= least;
                 bisect(other.less - far - 1e-6, other.less + far + 1e-6, leads)
             };
             let beaten_from = limit(margin);

@@ -85,9 +85,10 @@ impl<'m, 'a> EffectPath<'m, 'a> {
 
     /// Beside the model taken as linear; `None` if the machine is singular there.
     fn signal(&self, strength: f64) -> Option<Signal> {
-        if let Some((_, Signal { visible, change, .. })) = &self.per_unit {
+        if let Some((_, Signal { noise, visible, change, .. })) = &self.per_unit {
             let visible = visible * strength;
-            return Some(Signal { linear: visible.clone(), visible, change: change * strength });
+            let (noise, linear) = (noise.clone(), visible.clone());
+            return Some(Signal { noise, linear, visible, change: change * strength });
         }
         let change = self.planned.change(self.with, &self.forward, &self.state(strength))?;
         Some(self.planned.signal(change))

@@ -75,7 +75,8 @@ fn pair_of_probes_at_antinode_helps_more_than_at_node() {
         let more = campaign.with(&further::pair(&campaign.rotor, z));
         let readings = more.readings().unwrap();
         let fitter = Fitter::new(&more.rotor, Data::new(&more.rotor, &more.noise, &readings));
-        PlannedModel::of(&fitter).unwrap().planes().unwrap().planes[0].region.semi_axes_g_mm[0]
+        PlannedModel::of(&fitter, campaign.noise).unwrap().planes().unwrap().planes[0].region.semi_axes_g_mm
+            [0]
     };
     let (antinode, node) = (half_width(0.5), half_width(0.001));
     assert!(antinode < 0.9 * node, "{antinode} {node}");
@@ -106,7 +107,7 @@ fn one_mode_machine_has_accuracy_and_signal_in_closed_form() {
     let campaign = Campaign::new(&rotor, &request).unwrap();
     let readings = campaign.readings().unwrap();
     let fitter = Fitter::new(&campaign.rotor, Data::new(&campaign.rotor, &campaign.noise, &readings));
-    let planned = PlannedModel::of(&fitter).unwrap();
+    let planned = PlannedModel::of(&fitter, campaign.noise).unwrap();
     // response to a unit of unbalance, and a unit of runout at the first probe, in noise units
     let model = Model::finite_elements(&rotor);
     let sigma_m = 0.2e-6;
@@ -130,4 +131,40 @@ fn one_mode_machine_has_accuracy_and_signal_in_closed_form() {
     let change = DVector::from_iterator(2 * h.len(), runout.iter().flat_map(|b| [b.re, b.im]));
     let signal = planned.signal(change).visible.norm_squared();
     assert!((signal / closed - 1.0).abs() < 1e-2, "{signal} {closed}");
+}
+
+#[test]
+fn signal_of_a_large_change_is_held_against_the_noise_of_the_changed_readings() {
+    let rotor = with_noise(one_mode(), 0.02, 0.05);
+    let request = request(500.0, 3000.0, 21);
+    let campaign = Campaign::new(&rotor, &request).unwrap();
+    let readings = campaign.readings().unwrap();
+    let fitter = Fitter::new(&campaign.rotor, Data::new(&campaign.rotor, &campaign.noise, &readings));
+    let planned = PlannedModel::of(&fitter, campaign.noise).unwrap();
+    let y: Vec<Complex<f64>> = readings.iter().flat_map(|r| r.probes.iter().flatten().copied()).collect();
+    // a runout of the first probe, as large as the vibration
+    let largest = y.iter().map(|y| y.norm()).fold(0.0, f64::max);
+    let of_probe =
+        |k: usize| if k % rotor.probe.len() == 0 { Complex::from(largest) } else { Complex::from(0.0) };
+    let runout: Vec<Complex<f64>> = (0..y.len()).map(of_probe).collect();
+    let parts = |k: usize| {
+        let scaled = runout[k] / campaign.noise.sigma_m(y[k]);
+        [scaled.re, scaled.im]
+    };
+    let change = DVector::from_iterator(2 * y.len(), (0..y.len()).flat_map(parts));
+    // what a plane, which shows in proportion to the readings, leaves of it
+    let left = |sigma: &dyn Fn(usize) -> f64| {
+        let sum = |of: &dyn Fn(usize) -> Complex<f64>| -> Complex<f64> {
+            (0..y.len()).map(|k| of(k) / sigma(k).powi(2)).sum()
+        };
+        let along = sum(&|k| y[k].conj() * runout[k]).norm_sqr() / sum(&|k| y[k].norm_sqr().into()).re;
+        sum(&|k| runout[k].norm_sqr().into()).re - along
+    };
+    let before = left(&|k| campaign.noise.sigma_m(y[k]));
+    let after = left(&|k| campaign.noise.sigma_m(y[k] + runout[k]));
+    assert!(before > 1.5 * after, "{before} {after}");
+    let found = planned.signal_beside_fit(&change).unwrap();
+    for signal in [found.visible, found.linear] {
+        assert!((signal.norm_squared() / after - 1.0).abs() < 1e-2, "{} {after}", signal.norm_squared());
+    }
 }

@@ -54,6 +54,17 @@ impl Allowance {
         columns.gemm(-1.0, &self.root, &(&self.transposed * &*columns), 1.0);
     }
 
+    /// `(1 + J Jᵀ)^(1/2)` of every column, `1 + K diag(√(1 + λ)) Kᵀ`.
+    pub fn unwhiten(&self, columns: &mut DMatrix<f64>) {
+        if self.is_empty() {
+            return;
+        }
+        let mut seen = &self.transposed * &*columns;
+        seen.column_iter_mut()
+            .for_each(|mut c| c.component_mul_assign(&self.values.map(|v| (1.0 + v).sqrt())));
+        columns.gemm(1.0, &self.root, &seen, 1.0);
+    }
+
     /// ln det of the covariance.
     pub fn log_det(&self) -> f64 {
         self.values.iter().map(|v| (1.0 + v).ln()).sum()
@@ -102,6 +113,8 @@ mod tests {
         allowance.whiten(&mut root);
         assert!((&root * &covariance * &root - DMatrix::identity(10, 10)).amax() < 1e-12);
         assert!((allowance.log_det() - covariance.determinant().ln()).abs() < 1e-10);
+        allowance.unwhiten(&mut root);
+        assert!((root - DMatrix::identity(10, 10)).amax() < 1e-12);
     }
 
     #[test]

@@ -78,6 +78,13 @@ impl Whitening {
         Self::new(self.stated.clone(), self.centre.clone(), scattered)
     }
 
+    /// The same where the noise as stated was so many times as large in each value.
+    pub fn reweighed(&self, ratios: &DVector<f64>) -> Self {
+        let mut stated = self.stated.clone();
+        stated.column_iter_mut().for_each(|mut column| column.component_mul_assign(ratios));
+        Self::new(stated, self.centre.clone(), self.scattered.clone())
+    }
+
     /// The same with another scatter.
     pub fn scattered(&self, scatter: Scatter) -> Self {
         let scattered = DataScatter { scatter, ..self.scattered.clone() };
@@ -135,6 +142,11 @@ impl Whitening {
         self.scattered.whiten_series(columns);
         self.between.whiten(columns);
         self.deviations.whiten(columns);
+    }
+
+    /// Takes off what [`Self::apply`] does for deviations of the drawing.
+    pub fn unapply_deviations(&self, columns: &mut DMatrix<f64>) {
+        self.deviations.unwhiten(columns);
     }
 
     /// Whitens columns of the model and, beside them, weighted residuals of the drawing at `centre`, as deviations are counted from the

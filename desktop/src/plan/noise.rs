@@ -1,0 +1,101 @@
+//! The noise of readings that an effect changes: a part of it follows their size, so that a machine that vibrates more hides more.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::model::orthonormal;
+use crate::fit::forward::ExpectedCost;
+use crate::fit::hypothesis::Hypothesis;
+use crate::fit::{Drawing, Fit, Fitter};
+use crate::statistics::evidence::Sizes;
+
+/// What readings are judged by: their noise, and what the model follows of them. Columns hold readings, whitened by noise and
+/// errors of the drawing, then priors of the bearings.
+pub struct PlannedNoise {
+    /// From the noise of the readings as stated to this one; `None` where it is that.
+    from_stated: Option<Reweighing>,
+    /// What bearings, planes and stated effects follow, as orthonormal columns.
+    followed: DMatrix<f64>,
+    cost: ExpectedCost,
+    /// Cost where nothing is missed.
+    least_cost: f64,
+    readings: usize,
+    pub sizes: Sizes,
+}
+
+/// Noise of the same readings, before and after they are changed.
+pub struct Reweighing {
+    pub before: Drawing,
+    pub after: Drawing,
+    /// Standard deviation before over the one after, of each real number.
+    pub ratios: DVector<f64>,
+}
+
+impl Reweighing {
+    /// The same columns in the noise after the change.
+    fn apply(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let count = self.ratios.len();
+        let mut readings = columns.rows(0, count).into_owned();
+        self.before.unwhiten(&mut readings);
+        readings.column_iter_mut().for_each(|mut column| column.component_mul_assign(&self.ratios));
+        self.after.whiten(&mut readings);
+        let mut all = columns.clone();
+        all.rows_mut(0, count).copy_from(&readings);
+        all
+    }
+}
+
+impl PlannedNoise {
+    /// Of the readings as stated; `followed` is what the model follows of them.
+    pub fn stated(
+        fitter: &Fitter,
+        hypothesis: &Hypothesis,
+        fit: &Fit,
+        drawing: &Drawing,
+        followed: DMatrix<f64>,
+    ) -> Self {
+        let readings = followed.nrows() - hypothesis.bearings.unknowns().len();
+        let cost = fitter.expected_cost(fit, drawing);
+        Self {
+            from_stated: None,
+            followed: orthonormal(followed),
+            least_cost: cost.of(&DVector::zeros(readings)),
+            cost,
+            readings,
+            sizes: fitter.sizes,
+        }
+    }
+
+    /// Of the readings when they are changed, to which the model is fitted.
+    pub fn changed(&self, fitter: &Fitter, fit: &Fit, reweighing: Reweighing) -> Self {
+        let cost = fitter.expected_cost(fit, &reweighing.after);
+        Self {
+            followed: orthonormal(reweighing.apply(&self.followed)),
+            least_cost: cost.of(&DVector::zeros(self.readings)),
+            cost,
+            readings: self.readings,
+            sizes: fitter.sizes,
+            from_stated: Some(reweighing),
+        }
+    }
+
+    /// Whether it is that of the readings as stated.
+    pub fn is_stated(&self) -> bool {
+        self.from_stated.is_none()
+    }
+
+    /// Columns that are whitened by the noise of the readings as stated, in this one.
+    pub fn of_stated(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        self.from_stated.as_ref().map_or_else(|| columns.clone(), |reweighing| reweighing.apply(columns))
+    }
+
+    /// What nothing of the model follows.
+    pub fn unfollowed(&self, columns: DMatrix<f64>) -> DMatrix<f64> {
+        &columns - &self.followed * self.followed.tr_mul(&columns)
+    }
+
+    /// What missing this costs on average beside missing nothing, twice a log likelihood.
+    pub fn loss(&self, missed: &DVector<f64>) -> f64 {
+        let priors = missed.rows(self.readings, missed.len() - self.readings).norm_squared();
+        self.cost.of(&missed.rows(0, self.readings).into_owned()) + priors - self.least_cost
+    }
+}
