@@ -107,16 +107,6 @@ impl FurtherMeasurement {
     }
 }
 
-impl Plan {
-    /// The further measurement that most probably decides which of these effects it is, by their labels: those that a diagnosis could
-    /// not tell apart. The best of all tells most of them, and of the unbalance besides, on average over every effect.
-    pub fn best_for(&self, labels: &[String]) -> Option<&FurtherMeasurement> {
-        self.next.iter().reduce(|best, other| {
-            if other.tells_apart(labels) > best.tells_apart(labels) { other } else { best }
-        })
-    }
-}
-
 /// What measurements could show.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -141,4 +131,14 @@ pub struct Plan {
     pub campaign: Campaign,
     /// What was assumed, one sentence each.
     pub remarks: Vec<String>,
+}
+
+impl Plan {
+    /// The further measurement that most probably decides which of these effects it is, by their labels: those that a diagnosis could
+    /// not tell apart. The best of all tells most of them, and of the unbalance besides, on average over every effect.
+    pub fn best_for(&self, labels: &[String]) -> Option<&FurtherMeasurement> {
+        self.next.iter().reduce(|best, other| {
+            if other.tells_apart(labels) > best.tells_apart(labels) { other } else { best }
+        })
+    }
 }
