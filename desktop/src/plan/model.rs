@@ -8,7 +8,7 @@ use super::noise::{PlannedNoise, Reweighing};
 use super::strength::EffectState;
 use crate::decomposition::svd;
 use crate::diagnose::PlaneUnbalances;
-use crate::diagnose::base::BaseModel;
+use crate::diagnose::base::{BaseModel, of_file};
 use crate::error::Error;
 use crate::fit::forward::ForwardModel;
 use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
@@ -24,6 +24,8 @@ const LEAST_DIRECTION: f64 = 1e-7;
 pub struct PlannedReadings<'a> {
     pub base: BaseModel<'a>,
     noise: Noise,
+    /// Search coordinates that a diagnosis fits the model from.
+    starts: [Vec<f64>; 3],
     /// What the readings as they are are judged by.
     stated_noise: Arc<PlannedNoise>,
     /// The readings as they are, and as the model predicts them, in noise units.
@@ -69,9 +71,12 @@ impl<'a> PlannedReadings<'a> {
         let stated =
             forward.at(&fit.x, &fit.unknowns).ok_or(Error::SingularMachine { tried: "as stated" })?;
         drop(forward);
+        let (_, [_, softer, stiffer]) = of_file(fitter)?;
+        let starts = [fit.x.clone(), softer, stiffer];
         Ok(Self {
             stated,
             noise,
+            starts,
             stated_noise: Arc::new(PlannedNoise::stated(fitter, &base.hypothesis, fit, drawing, followed)),
             readings: DVector::from_iterator(rows, readings),
             base,
@@ -124,9 +129,10 @@ impl<'a> PlannedReadings<'a> {
     pub fn signal_beside_fit(&self, change: &DVector<f64>) -> Option<Signal> {
         let BaseModel { fitter, hypothesis, search: (drawing, fit), .. } = &self.base;
         let (changed, reweighing) = self.changed(change);
-        let start = std::slice::from_ref(&fit.x);
+        let amplitudes = Some(&fit.amplitudes);
+        // from wherever a diagnosis starts: a change that is large enough has several optima
         let there =
-            changed.fit(hypothesis, start, &reweighing.after, Effort::Rough, Some(&fit.amplitudes)).ok()?;
+            changed.fit(hypothesis, &self.starts, &reweighing.after, Effort::Rough, amplitudes).ok()?;
         let missed = changed.missed(hypothesis, &there, &reweighing.after);
         let noise = Arc::new(self.stated_noise.changed(&changed, &there, reweighing));
         let [before, linear] = [fitter.missed(hypothesis, fit, drawing), self.signal(change.clone()).visible]
