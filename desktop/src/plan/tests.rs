@@ -144,8 +144,9 @@ fn signal_of_a_large_change_is_held_against_the_noise_of_the_changed_readings() 
     let y: Vec<Complex<f64>> = readings.iter().flat_map(|r| r.probes.iter().flatten().copied()).collect();
     // a runout of the first probe, as large as the vibration
     let largest = y.iter().map(|y| y.norm()).fold(0.0, f64::max);
-    let of_probe =
-        |k: usize| if k % rotor.probe.len() == 0 { Complex::from(largest) } else { Complex::from(0.0) };
+    let of_probe = |k: usize| {
+        if k.is_multiple_of(rotor.probe.len()) { Complex::from(largest) } else { Complex::from(0.0) }
+    };
     let runout: Vec<Complex<f64>> = (0..y.len()).map(of_probe).collect();
     let parts = |k: usize| {
         let scaled = runout[k] / campaign.noise.sigma_m(y[k]);
