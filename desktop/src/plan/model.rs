@@ -12,20 +12,22 @@ use crate::diagnose::base::{BaseModel, of_file};
 use crate::error::Error;
 use crate::fit::forward::ForwardModel;
 use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
-use crate::fit::{Drawing, Effort, Fitter, starts_for};
+use crate::fit::{Drawing, Effort, Fit, Fitter, starts_for};
 use crate::machine::drawing::Noise;
 
 type C = Complex<f64>;
 
 /// Directions whose singular value is below this share of the largest are none.
 const LEAST_DIRECTION: f64 = 1e-7;
+/// What the model cannot follow of a change goes as the tangent at the fit says, within this: the optimum is the one next to the fit.
+const NEARLY_LINEAR: f64 = 0.1;
 
 /// A machine in readings that it would give itself.
 pub struct PlannedReadings<'a> {
     pub base: BaseModel<'a>,
     noise: Noise,
-    /// Search coordinates that a diagnosis fits the model from.
-    starts: [Vec<f64>; 3],
+    /// Search coordinates that a diagnosis fits the model from, beside those of the fit.
+    starts: [Vec<f64>; 2],
     /// What the readings as they are are judged by.
     stated_noise: Arc<PlannedNoise>,
     /// The readings as they are, and as the model predicts them, in noise units.
@@ -72,11 +74,10 @@ impl<'a> PlannedReadings<'a> {
             forward.at(&fit.x, &fit.unknowns).ok_or(Error::SingularMachine { tried: "as stated" })?;
         drop(forward);
         let (_, [_, softer, stiffer]) = of_file(fitter)?;
-        let starts = [fit.x.clone(), softer, stiffer];
         Ok(Self {
             stated,
             noise,
-            starts,
+            starts: [softer, stiffer],
             stated_noise: Arc::new(PlannedNoise::stated(fitter, &base.hypothesis, fit, drawing, followed)),
             readings: DVector::from_iterator(rows, readings),
             base,
@@ -130,15 +131,26 @@ impl<'a> PlannedReadings<'a> {
         let BaseModel { fitter, hypothesis, search: (drawing, fit), .. } = &self.base;
         let (changed, reweighing) = self.changed(change);
         let amplitudes = Some(&fit.amplitudes);
-        // from wherever a diagnosis starts: a change that is large enough has several optima
-        let there =
-            changed.fit(hypothesis, &self.starts, &reweighing.after, Effort::Rough, amplitudes).ok()?;
-        let missed = changed.missed(hypothesis, &there, &reweighing.after);
-        let noise = Arc::new(self.stated_noise.changed(&changed, &there, reweighing));
-        let [before, linear] = [fitter.missed(hypothesis, fit, drawing), self.signal(change.clone()).visible]
-            .map(|stated| noise.of_stated(&DMatrix::from_columns(&[stated])));
-        let linear = noise.unfollowed(linear).column(0).into_owned();
-        Some(Signal { visible: missed - before.column(0), linear, change: self.share(change), noise })
+        let stated = [fitter.missed(hypothesis, fit, drawing), self.signal(change.clone()).visible];
+        let signal = |there: &Fit| {
+            let missed = changed.missed(hypothesis, there, &reweighing.after);
+            let noise = Arc::new(self.stated_noise.changed(&changed, there, reweighing.as_it_is()));
+            let [before, linear] = (stated.each_ref())
+                .map(|stated| noise.of_stated(&DMatrix::from_columns(std::slice::from_ref(stated))));
+            let linear = noise.unfollowed(linear).column(0).into_owned();
+            Signal { visible: missed - before.column(0), linear, change: self.share(change), noise }
+        };
+        let fitted = |starts: &[Vec<f64>]| {
+            changed.fit(hypothesis, starts, &reweighing.after, Effort::Rough, amplitudes)
+        };
+        let nearest = fitted(std::slice::from_ref(&fit.x)).ok()?;
+        let found = signal(&nearest);
+        if (&found.visible - &found.linear).norm() <= NEARLY_LINEAR * found.linear.norm() {
+            return Some(found);
+        }
+        // a change that is large enough has several optima, and a diagnosis takes the best that it starts near
+        let [softer, stiffer] = &self.starts;
+        Some(signal(&fitted(&[nearest.x, softer.clone(), stiffer.clone()]).ok()?))
     }
 
     /// The same machine where the readings are changed, and their noise with them.

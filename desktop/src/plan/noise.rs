@@ -31,6 +31,11 @@ pub struct Reweighing {
 }
 
 impl Reweighing {
+    /// The same noise once more.
+    pub fn as_it_is(&self) -> Self {
+        Self { before: self.before.as_it_is(), after: self.after.as_it_is(), ratios: self.ratios.clone() }
+    }
+
     /// The same columns in the noise after the change.
     fn apply(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
         let count = self.ratios.len();
