@@ -13,6 +13,9 @@ use crate::scale::three_digits;
 const COLUMNS: [&str; 7] =
     ["run", "plane", "unbalance, g·mm", "95 %", "angle", "stated", "by influence coefficients"];
 
+/// Runs that the first screen names.
+const MOST_NAMED: usize = 6;
+
 /// The whole answer on a terminal.
 pub fn text(answer: &EstimatesAnswer) -> String {
     let lines: Vec<String> = lines(answer).map(|line| format!("{line}\n")).collect();
@@ -42,14 +45,10 @@ pub fn story(answer: &EstimatesAnswer, next: (String, Option<String>)) -> Story 
             three_digits(most)
         ),
     };
-    let refuted: Vec<String> = refuted(answer).collect();
     let answers = [
-        (
-            "How sure",
-            [conditions(answer)].iter().chain(&answer.determined.words).cloned().collect::<Vec<_>>(),
-        ),
+        ("How sure", answer.determined.words.clone()),
         ("Sessions", answer.sessions.words.clone()),
-        ("Stated weights", refuted),
+        ("Stated weights", refuted_runs(answer).into_iter().collect()),
         ("Remarks", answer.remarks.clone()),
     ];
     let answers = answers.into_iter().filter(|(_, said)| !said.is_empty());
@@ -94,6 +93,24 @@ fn lines(answer: &EstimatesAnswer) -> impl Iterator<Item = String> {
         .chain(sessions)
         .chain(refuted(answer))
         .chain(answer.remarks.iter().cloned())
+}
+
+/// Runs whose stated weights cannot be true, in one sentence; the lines further down hold all.
+fn refuted_runs(answer: &EstimatesAnswer) -> Option<String> {
+    let runs: Vec<&str> = answer.refuted_runs.iter().map(|r| r.run.as_str()).collect();
+    match &runs[..] {
+        [] => None,
+        [_] => refuted(answer).next(),
+        many => {
+            let (first, more) = many.split_at(MOST_NAMED.min(many.len()));
+            let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
+            Some(format!(
+                "Those of {} runs are wrong: {}{more}; what was stated and found stands below.",
+                many.len(),
+                first.join(", ")
+            ))
+        }
+    }
 }
 
 /// Runs whose stated weights cannot be true.

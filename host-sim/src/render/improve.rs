@@ -57,7 +57,7 @@ pub fn story_of_addition(answer: &Addition, drawn: &FittedCurves, next: (String,
         three_digits(100.0 * model.map_or(f64::NAN, |model| model.comparison.relative_error))
     };
     let left = match answer.model_adequate {
-        true => "and the rest is noise",
+        true => "and noise can explain the rest",
         false => "and noise does not explain the rest",
     };
     let sentence = format!(

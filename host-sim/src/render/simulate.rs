@@ -79,7 +79,7 @@ fn facts(answer: &SimulationAnswer) -> Vec<(&'static str, String)> {
         ),
     };
     let critical: Vec<String> = answer.critical_speeds_rpm.iter().map(|c| number(*c, 0)).collect();
-    let mut all = vec![("Noise", noise)];
+    let mut all = vec![("How noisy", noise)];
     if !critical.is_empty() {
         let critical = format!("Undamped critical speeds as drawn: {} rpm.", critical.join(", "));
         all.push(("Critical speeds", critical));
