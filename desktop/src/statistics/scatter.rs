@@ -61,6 +61,8 @@ impl Scatter {
 #[derive(Debug, Clone, Default)]
 pub struct Predecessors {
     before: Vec<Option<usize>>,
+    /// Values that have one before them.
+    followers: usize,
 }
 
 impl Predecessors {
@@ -76,12 +78,8 @@ impl Predecessors {
                 }
             }
         });
-        Self { before: before.collect() }
-    }
-
-    /// Values that have one before them.
-    fn followers(&self) -> usize {
-        self.before.iter().flatten().count()
+        let before: Vec<Option<usize>> = before.collect();
+        Self { followers: before.iter().flatten().count(), before }
     }
 
     /// Turns residuals, or columns of a model, into ones whose noise is white and of unit size: two rows a
@@ -106,7 +104,7 @@ impl Predecessors {
     /// Logarithm of the determinant of the noise's covariance in stated units, with `free` real numbers that
     /// were not used up by unknowns.
     pub fn log_det(&self, scatter: &Scatter, free: f64) -> f64 {
-        let followers = 2.0 * self.followers() as f64;
+        let followers = 2.0 * self.followers as f64;
         2.0 * free * scatter.scale.ln() + followers * (1.0 - scatter.correlation.powi(2)).ln()
     }
 
@@ -119,7 +117,7 @@ impl Predecessors {
     /// What [`Self::most_probable`] costs on average where such residuals have white noise of the stated size, in `free` real
     /// numbers, beside them.
     pub fn expected_cost(&self, residuals: &[f64], free: f64, stated_log_sd: f64) -> f64 {
-        let (values, followers) = (residuals.len() as f64, 2.0 * self.followers() as f64);
+        let (values, followers) = (residuals.len() as f64, 2.0 * self.followers as f64);
         let each = free / values.max(1.0);
         let signal = Sums::of(self, residuals);
         let sums = Sums {
