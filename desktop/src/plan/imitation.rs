@@ -4,8 +4,9 @@ use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::model::{PlannedReadings, orthonormal};
+use super::model::PlannedReadings;
 use super::noise::PlannedNoise;
+use super::noise::orthonormal;
 use super::strength::EffectState;
 use crate::decomposition::{hermitian, transposed_product};
 use crate::error::Error;

@@ -6,7 +6,6 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::noise::{PlannedNoise, Reweighing};
 use super::strength::EffectState;
-use crate::decomposition::svd;
 use crate::diagnose::PlaneUnbalances;
 use crate::diagnose::base::{BaseModel, of_file};
 use crate::error::Error;
@@ -17,8 +16,6 @@ use crate::machine::drawing::Noise;
 
 type C = Complex<f64>;
 
-/// Directions whose singular value is below this share of the largest are none.
-const LEAST_DIRECTION: f64 = 1e-7;
 /// What the model cannot follow of a change goes as the tangent at the fit says, within this: the optimum is the one next to the fit.
 const NEARLY_LINEAR: f64 = 0.1;
 
@@ -201,26 +198,4 @@ impl<'a> PlannedReadings<'a> {
         let covariance = fitter.covariance(hypothesis, fit, drawing)?;
         Ok(PlaneUnbalances::by(&self.base, fit, covariance.as_ref()))
     }
-}
-
-/// An orthonormal basis of what columns span.
-pub fn orthonormal(mut columns: DMatrix<f64>) -> DMatrix<f64> {
-    let rows = columns.nrows();
-    if columns.is_empty() {
-        // an effect that the model follows altogether
-        return columns;
-    }
-    for mut column in columns.column_iter_mut() {
-        let size = column.norm();
-        if size > f64::MIN_POSITIVE {
-            column /= size;
-        }
-    }
-    let Some((Some(u), sizes)) = svd(columns).map(|found| (found.u, found.singular_values)) else {
-        return DMatrix::zeros(rows, 0);
-    };
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
-    let kept: Vec<usize> =
-        (0..sizes.len()).filter(|k| sizes[*k] > LEAST_DIRECTION * largest && sizes[*k] > 0.0).collect();
-    u.select_columns(&kept)
 }

@@ -2,11 +2,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::model::orthonormal;
+use crate::decomposition::svd;
 use crate::fit::forward::ExpectedCost;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Fit, Fitter};
 use crate::statistics::evidence::Sizes;
+
+/// Directions whose singular value is below this share of the largest are none.
+const LEAST_DIRECTION: f64 = 1e-7;
 
 /// What readings are judged by: their noise, and what the model follows of them. Columns hold readings, whitened by noise and
 /// errors of the drawing, then priors of the bearings.
@@ -103,4 +106,26 @@ impl PlannedNoise {
         let priors = missed.rows(self.readings, missed.len() - self.readings).norm_squared();
         self.cost.of(&missed.rows(0, self.readings).into_owned()) + priors - self.least_cost
     }
+}
+
+/// An orthonormal basis of what columns span.
+pub fn orthonormal(mut columns: DMatrix<f64>) -> DMatrix<f64> {
+    let rows = columns.nrows();
+    if columns.is_empty() {
+        // an effect that the model follows altogether
+        return columns;
+    }
+    for mut column in columns.column_iter_mut() {
+        let size = column.norm();
+        if size > f64::MIN_POSITIVE {
+            column /= size;
+        }
+    }
+    let Some((Some(u), sizes)) = svd(columns).map(|found| (found.u, found.singular_values)) else {
+        return DMatrix::zeros(rows, 0);
+    };
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let kept: Vec<usize> =
+        (0..sizes.len()).filter(|k| sizes[*k] > LEAST_DIRECTION * largest && sizes[*k] > 0.0).collect();
+    u.select_columns(&kept)
 }

@@ -134,7 +134,7 @@ fn one_mode_machine_has_accuracy_and_signal_in_closed_form() {
 }
 
 #[test]
-fn signal_of_a_large_change_is_held_against_the_noise_of_the_changed_readings() {
+fn large_change_is_held_against_noise_of_changed_readings() {
     let rotor = with_noise(one_mode(), 0.02, 0.05);
     let request = request(500.0, 3000.0, 21);
     let campaign = Campaign::new(&rotor, &request).unwrap();
