@@ -122,7 +122,7 @@ fn power((name, plans): &(&str, Vec<Plan>), draws: u64, differences: &mut Vec<[f
             let label = effect.label();
             let size = effect.smallest.as_ref().expect("chosen for it");
             let ends = (0..draws).into_par_iter().map(|seed| {
-                // noise of its own for each, or all of a machine would be found or missed together
+                // each combination has its own noise; with common noise a machine's effects would be found or missed together
                 let seed = 1000 * (1 + differences.len() as u64) + seed;
                 let diagnosis = diagnosed(&plan.campaign, &size.entry, seed);
                 diagnosis.map_or_else(|| Some("no diagnosis".into()), |d| missed(&d, &label))

@@ -57,9 +57,17 @@ async function use() {
   await until(numbered);
   const rows = numbered();
 
+  // lines of orbits, and circles of polar plots, that the script computes
+  const paths = (kind, width) => [...document.querySelector(`figure[id^=${kind}]`).querySelectorAll(".chart svg path")]
+    .filter((p) => width.includes(p.getAttribute("stroke-width")));
+  const computed = {
+    orbits: paths("orbits", ["1.5", "1.9"]).map((p) => p.getBBox()).filter((b) => b.width > 10 && b.height > 10).length,
+    circles: paths("polar", ["0.8"]).map((p) => p.getBBox()).filter((b) => b.width > 200 && b.height > 200).length,
+  };
+
   const pre = parent.document.createElement("pre");
   pre.id = "measured";
-  pre.textContent = JSON.stringify({ last, hover, unpointed, pointed, others, before, zoomed, reset, all, without, said, rows });
+  pre.textContent = JSON.stringify({ last, hover, unpointed, pointed, others, before, zoomed, reset, all, without, said, rows, computed });
   parent.document.body.append(pre);
 }
 addEventListener("load", use);

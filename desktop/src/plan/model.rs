@@ -16,7 +16,7 @@ use crate::machine::drawing::Noise;
 
 type C = Complex<f64>;
 
-/// What the model cannot follow of a change goes as the tangent at the fit says, within this: the optimum is the one next to the fit.
+/// Where the misfit of a fit differs from that of the linear model by less than this share, the optimum is the one next to the model.
 const NEARLY_LINEAR: f64 = 0.1;
 
 /// A machine in readings that it would give itself.
@@ -25,7 +25,7 @@ pub struct PlannedReadings<'a> {
     noise: Noise,
     /// Search coordinates that a diagnosis fits the model from, beside those of the fit.
     starts: [Vec<f64>; 2],
-    /// What the readings as they are are judged by.
+    /// What the readings without a change are judged by.
     stated_noise: Arc<PlannedNoise>,
     /// The readings as they are, and as the model predicts them, in noise units.
     readings: DVector<f64>,

@@ -1,4 +1,4 @@
-//! The noise of readings that an effect changes: a part of it follows their size, so that a machine that vibrates more hides more.
+//! Noise of readings that an effect changes. Relative noise follows the size of the readings, so a machine that vibrates more hides more.
 
 use nalgebra::{DMatrix, DVector};
 

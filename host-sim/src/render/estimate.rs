@@ -105,7 +105,7 @@ fn refuted_runs(answer: &EstimatesAnswer) -> Option<String> {
             let (first, more) = many.split_at(MOST_NAMED.min(many.len()));
             let more = if more.is_empty() { String::new() } else { format!(" and {} more", more.len()) };
             Some(format!(
-                "Those of {} runs are wrong: {}{more}; what was stated and found stands below.",
+                "The stated weights of {} runs are wrong: {}{more}. The list below compares what was stated and found.",
                 many.len(),
                 first.join(", ")
             ))

@@ -66,6 +66,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn every_labelled_radius_has_a_whole_circle() {
+        let (chart, rim) = polar_paper([3.0].into_iter(), "µm", Turn::Lag);
+        let whole =
+            chart.series.iter().filter_map(|s| s.arc).filter(|arc| arc.to_deg - arc.from_deg == 360.0);
+        let radii: Vec<f64> = whole.map(|arc| arc.path[0]).collect();
+        let labelled = chart.series.iter().flat_map(|s| &s.words).filter(|word| word.ends_with("µm")).count();
+        assert_eq!((radii.len(), radii.last()), (labelled, Some(&rim)));
+    }
+
+    #[test]
     fn lags_grow_clockwise_and_places_counter_clockwise() {
         let quarter = |turn| {
             let (chart, rim) = polar_paper([3.0].into_iter(), "µm", turn);

@@ -11,11 +11,11 @@
 //! | [`trial_balance`] | text and section of `balance --trial-only` |
 //! | [`check`](mod@check) | text and sections of `check` |
 //! | [`startup`](mod@startup) | text and sections of `startup` |
-//! | [`estimate`](mod@estimate) | text and section of `estimate` |
-//! | [`extract`](mod@extract) | text of `extract` |
-//! | [`identify`](mod@identify) | text of `identify` |
+//! | [`estimate`](mod@estimate) | text, story and section of `estimate` |
+//! | [`extract`](mod@extract) | text and story of `extract` |
+//! | [`identify`](mod@identify) | text, story and section of `identify` |
 //! | [`replay`](mod@replay) | text of `replay` |
-//! | [`simulate`](mod@simulate) | text of `simulate` |
+//! | [`simulate`](mod@simulate) | text and story of `simulate` |
 //! | [`diagnose`](mod@diagnose), [`improve`](mod@improve) | text, story and sections of `diagnose` and `improve` |
 //! | [`fitted`] | the story of fitted models |
 //! | [`forecast`](mod@forecast), [`track`](mod@track) | text and sections of `forecast` and `track` |

@@ -125,6 +125,15 @@ mod tests {
     use super::*;
 
     #[test]
+    fn orbit_is_drawn_from_its_phasors_once_around() {
+        // 3 cos ωt along x, and −4 sin ωt along y, µm
+        let measured_m = [Complex::new(3e-6, 0.0), Complex::new(0.0, 4e-6)];
+        let chart = orbit(&[], &[OrbitPanel { speed_rpm: 3000.0, measured_m, models_m: Vec::new() }]);
+        let arc = chart.series.iter().find_map(|s| s.arc).unwrap();
+        assert_eq!((arc.path, arc.from_deg, arc.to_deg), ([3.0, 0.0, 0.0, 4.0], 0.0, 360.0));
+    }
+
+    #[test]
     fn circle_from_x_to_y_is_forward_with_keyphasor_dot() {
         let x = Complex::new(1e-6, 0.0);
         let forward = [x, -Complex::<f64>::i() * x];
