@@ -254,6 +254,8 @@ fn figure_hover_shows_values_and_zoom_changes_range() {
     let first = "1,500 rpm".to_string();
     assert!(!seen.unpointed.contains(&first) && seen.pointed.contains(&first), "an orbit follows: {seen:?}");
     assert!(seen.rows > 100, "{} rows", seen.rows);
+    let drawn = seen.computed;
+    assert!(drawn.orbits >= 3 && drawn.circles >= 1, "measured and two models, and the rim: {drawn:?}");
 }
 
 fn assert_whole(name: &str, seen: &Measured, width_px: u32, figures: &[Figure]) {

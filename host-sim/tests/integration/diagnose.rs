@@ -6,6 +6,7 @@ mod drawing;
 mod mistakes;
 mod probe;
 mod refuted;
+mod together;
 
 use std::path::PathBuf;
 

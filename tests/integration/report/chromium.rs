@@ -50,6 +50,13 @@ pub struct MeasuredFigure {
     pub overlapping: Vec<[String; 2]>,
 }
 
+/// Paths that are as wide and as high as such a figure is.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub struct Computed {
+    pub orbits: usize,
+    pub circles: usize,
+}
+
 /// What a reader saw who used a figure.
 #[derive(Debug, Deserialize)]
 pub struct Used {
@@ -71,6 +78,8 @@ pub struct Used {
     pub said: String,
     /// Rows of the tables of numbers.
     pub rows: usize,
+    /// What the script computes and draws.
+    pub computed: Computed,
 }
 
 /// How a reader's machine shows pages.
