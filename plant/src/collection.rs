@@ -27,7 +27,7 @@ pub struct CollectionTotals {
 /// store that is gone is asked again.
 ///
 /// # Errors
-/// If the consumer cannot be made, or the store takes nothing when `stop` rises: what is not stored stays in the stream.
+/// If the consumer cannot be made, or the store takes nothing when `stop` rises: items that are not stored stay in the stream.
 pub fn run(
     stream: &Stream,
     name: &str,
@@ -72,7 +72,7 @@ fn keep(store: &mut dyn Sink, items: &[Item], stop: &AtomicBool, tell: fn(&str))
     let mut is_refused = false;
     while let Err(error) = store.put(items) {
         if stop.load(Ordering::Relaxed) {
-            return Err(error.context("what is not stored stays in the stream"));
+            return Err(error.context("items that are not stored stay in the stream"));
         }
         if !std::mem::replace(&mut is_refused, true) {
             tell(&format!("{} takes nothing ({error:#}); trying again", store.description()));

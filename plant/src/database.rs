@@ -75,8 +75,8 @@ impl Database {
 }
 
 fn connected(address: &str, name: &str) -> Result<Client> {
-    let mut client =
-        Client::connect(address, NoTls).with_context(|| format!("{name}: no PostgreSQL that lets us in"))?;
+    let mut client = Client::connect(address, NoTls)
+        .with_context(|| format!("{name}: no PostgreSQL server accepted the connection"))?;
     prepare(&mut client).with_context(|| format!("{name}: cannot be used"))?;
     Ok(client)
 }
@@ -167,7 +167,7 @@ impl Sink for Database {
             let mut anew = connected(&self.address, &self.name)?;
             for key in &self.claims {
                 if !locked(&mut anew, key)? {
-                    bail!("{}: another gateway keeps the bus meanwhile", self.name);
+                    bail!("{}: another gateway has taken over this bus", self.name);
                 }
             }
             self.client = anew;

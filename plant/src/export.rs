@@ -40,7 +40,8 @@ pub fn run(store: &Store, folder: &Path, tell: fn(&str)) -> Result<ExportTotals>
     for kind in Kind::ALL {
         let table = ItemTable::of(store.reading(), kind.name())?;
         let folder = folder.join(kind.name());
-        std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
+        std::fs::create_dir_all(&folder)
+            .with_context(|| format!("{}: cannot be created", folder.display()))?;
         let mut day = i64::MIN;
         while let Some(first_us) = table.first_from(day.saturating_mul(US_A_DAY))? {
             day = first_us.div_euclid(US_A_DAY);

@@ -71,7 +71,7 @@ pub fn run(
         let writer = Writer { sink, tell, backlog, waiting: Vec::new(), again: None, kept: 0 };
         let kept = writer.run(&to_keep);
         for listener in listeners {
-            listener.join().unwrap_or_else(|_| bail!("a bus could not be listened to any more"))?;
+            listener.join().unwrap_or_else(|_| bail!("the connection to a bus failed"))?;
         }
         Ok(GatewayTotals { kept: kept?, lost: backlog.lost.load(Ordering::Relaxed) })
     })
@@ -157,7 +157,7 @@ impl Writer<'_> {
                 let _ = self.keep();
             }
         }
-        self.keep().with_context(|| format!("{} of what was heard are not kept", self.waiting.len()))?;
+        self.keep().with_context(|| format!("{} received items could not be stored", self.waiting.len()))?;
         Ok(self.kept)
     }
 
@@ -292,7 +292,7 @@ mod tests {
         let (totals, _) = written(usize::MAX, 30);
         assert_eq!(
             format!("{:#}", totals.unwrap_err()),
-            "30 of what was heard are not kept: the disk is full"
+            "30 received items could not be stored: the disk is full"
         );
     }
 }

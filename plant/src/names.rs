@@ -12,6 +12,11 @@ pub struct Names {
     planes: Vec<String>,
 }
 
+/// A number of things, as in `1 job` and `3 jobs`.
+pub fn counted(number: usize, thing: &str) -> String {
+    format!("{number} {thing}{}", if number == 1 { "" } else { "s" })
+}
+
 impl Names {
     pub fn of(rotor: Option<&Rotor>) -> Self {
         let Some(rotor) = rotor else { return Self::default() };

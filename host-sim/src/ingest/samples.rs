@@ -22,6 +22,8 @@ pub struct Waveform {
     pub file: String,
     /// Samples a second of each channel, where the file says it.
     pub rate_hz: Option<f64>,
+    /// Header of the column of times that gave this rate; it is no channel.
+    pub time_header: Option<String>,
     /// Why the times of the file give no rate.
     pub uneven: Option<String>,
     pub scale: Scale,
@@ -226,6 +228,7 @@ impl Waveform {
         let length = channels.first().map_or(0, |c| c.samples.len());
         // times of another length are those of something else
         let time = time.filter(|(_, _, times)| rate_hz.is_none() && times.samples.len() == length);
+        let time_header = time.as_ref().map(|(_, _, times)| times.header.clone());
         let rate = time.map(|(_, unit, times)| {
             let first = (times.samples.len() > 0).then(|| times.samples.at(0));
             let by_size = first.filter(|_| unit.is_none_or(TimeUnit::is_epoch)).and_then(epoch_unit);
@@ -241,14 +244,14 @@ impl Waveform {
             Some(Err(uneven)) => (None, Some(uneven)),
             None => (rate_hz, None),
         };
-        Self { rate_hz, uneven, ..Self::of_channels(file, channels) }
+        Self { rate_hz, time_header, uneven, ..Self::of_channels(file, channels) }
     }
 
     fn of_channels(file: &str, channels: Vec<Channel>) -> Self {
         let of_counts = channels.iter().any(|c| c.samples.is_counts());
         let scale = if of_counts { Scale::Counts } else { Scale::Unit };
         let preamble = SamplingPreamble::default();
-        Self { file: file.into(), rate_hz: None, uneven: None, scale, channels, preamble }
+        Self { file: file.into(), rate_hz: None, time_header: None, uneven: None, scale, channels, preamble }
     }
 
     /// # Errors

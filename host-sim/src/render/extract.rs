@@ -4,6 +4,7 @@ use super::text::capital;
 use super::{Figure, Story};
 use crate::answers::extract::{ExtractedFileAnswer, ExtractedKeyphasor, ExtractionAnswer};
 use crate::ingest::waveform::settings::Settings;
+use crate::scale::three_digits;
 
 /// The whole answer on a terminal.
 pub fn text(answer: &ExtractionAnswer, settings: &Settings) -> String {
@@ -113,7 +114,7 @@ fn reference(answer: &ExtractedFileAnswer, is_falling: bool) -> String {
     let way = if is_falling { "falls" } else { "rises" };
     let zero = match samples_per_turn {
         Some(samples) => format!("t = 0 at the first of every {samples} samples, a turn"),
-        None => format!("t = 0 where channel {channel} {way} through {threshold:.6}"),
+        None => format!("t = 0 where channel {channel} {way} through {}", three_digits(*threshold)),
     };
     format!("{zero}; probe {}", probes.join(", "))
 }

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{Endpoint, days, on_signal, tell};
 use crate::collection::run as collect;
+use crate::names::counted;
 use crate::sink::Sink as _;
 use crate::stream::Stream;
 use crate::stream::access::Access;
@@ -16,18 +17,18 @@ pub struct Arguments {
     /// The server, nats://HOST:PORT
     #[arg(long, value_parser = Endpoint::of)]
     from: Endpoint,
-    /// The file, made if there is none, or postgres://NAME@HOST/DATABASE
+    /// The file (created if absent), or postgres://NAME@HOST/DATABASE
     #[arg(long, value_parser = Endpoint::of)]
     store: Endpoint,
-    /// Name of this collection on the server: each gets every item once
+    /// Name of this collection on the server; each name receives every item once
     #[arg(long, default_value = "store")]
     name: String,
-    /// A leaf node of the server, by its JetStream domain, several times if need be: what its gateways published is fetched [default: what is published to the server itself]
+    /// JetStream domain of a leaf node whose items are fetched; may be given several times [default: the items published to the server itself]
     #[arg(long, value_name = "DOMAIN")]
     leaf: Vec<String>,
     #[command(flatten)]
     access: Access,
-    /// The server forgets what is older, collected or not [default: it keeps everything]
+    /// Days after which the server deletes items, collected or not [default: it keeps everything]
     #[arg(long, value_name = "DAYS", value_parser = days)]
     keep_days: Option<Duration>,
 }
@@ -46,6 +47,10 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     tell(&format!("From {} to {}; Ctrl-C ends it.", stream.description(), store.description()));
     let totals = collect(&stream, &arguments.name, &mut *store, &stop, tell)?;
-    println!("{} items stored, {} messages set aside.", totals.stored, totals.strange);
+    println!(
+        "{} stored, {} set aside.",
+        counted(totals.stored as usize, "item"),
+        counted(totals.strange as usize, "invalid message")
+    );
     Ok(())
 }

@@ -10,9 +10,9 @@ use crate::export::run as export;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The file that a gateway or a collection writes
+    /// The file written by `gateway` or `collect`
     store: PathBuf,
-    /// Where TABLE/DAY.parquet are to be; days that are there whole are left alone
+    /// Folder for TABLE/DAY.parquet; days that it already has completely are not written again
     folder: PathBuf,
 }
 

@@ -15,6 +15,7 @@ use crate::fleet::server as jobs;
 use crate::fleet::summary::{self, ChangeStatus, better};
 use crate::fleet::task::FleetCommand;
 use crate::fleet::worker::{now_us, short};
+use crate::names::counted;
 use crate::stream::access::Access;
 use crate::stream::server::Server;
 
@@ -26,7 +27,7 @@ pub struct MachineArguments {
     store: PathBuf,
     /// The monitor, PLANT/BUS/NODE
     monitor: String,
-    /// The drawing of its machine, or the model that was found
+    /// Rotor file of its machine: the drawing or an identified model
     rotor: PathBuf,
 }
 
@@ -38,7 +39,7 @@ pub struct Fleet {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Ask for the unbalance of each machine from day to day
+    /// Request the daily unbalance of each machine
     Track {
         #[command(flatten)]
         asked: Asked,
@@ -46,40 +47,40 @@ enum Action {
         #[arg(long, default_value = "adaptive", value_parser = ["fixed", "adaptive", "bayes", "joint"])]
         method: String,
     },
-    /// Ask where the unbalance of each machine is going
+    /// Request a forecast of the unbalance of each machine
     Forecast {
         #[command(flatten)]
         asked: Asked,
-        /// Static unbalance at which something has to be done, g·mm
+        /// Largest permissible static unbalance, g·mm
         #[arg(long, allow_negative_numbers = true)]
         limit: Option<f64>,
     },
-    /// Ask which physical effect is missing in each model
+    /// Request the missing physical effect of each model
     Diagnose(Asked),
-    /// Ask for a better model of each machine
+    /// Request a better model of each machine
     Improve(Asked),
-    /// Send the better models that `improve` found to their monitors
+    /// Send the better models found by `improve` to their monitors
     Deploy {
         /// The file
         store: PathBuf,
-        /// PLANT, PLANT/BUS or PLANT/BUS/NODE, several times if need be [default: every machine with a better model]
+        /// PLANT, PLANT/BUS or PLANT/BUS/NODE; may be given several times [default: every machine with a better model]
         only: Vec<String>,
-        /// Try each for so many seconds and keep it only if its residual is no worse
+        /// Trial period of each model, s; it is kept only if its residual is not larger
         #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
         trial: Option<f64>,
     },
-    /// Which machines changed, what is missing in each model, which models to deploy
+    /// Show machines that changed, missing effects, and better models to deploy
     Summary {
         /// The file
         store: PathBuf,
-        /// Days up to now that are looked at
+        /// Length of the period, days up to now
         #[arg(long, default_value_t = 7.0)]
         days: f64,
         /// Print one JSON object instead of text
         #[arg(long)]
         json: bool,
     },
-    /// Share the jobs of this file with the workers of a server, and bring their answers home
+    /// Send the jobs of this file to the workers of a NATS server, and collect their answers
     Share {
         /// The file
         store: PathBuf,
@@ -89,7 +90,7 @@ enum Action {
         #[command(flatten)]
         access: Access,
     },
-    /// What became of the jobs
+    /// Show the state and the answer of each job
     Status {
         /// The file
         store: PathBuf,
@@ -97,11 +98,11 @@ enum Action {
         #[arg(long)]
         json: bool,
     },
-    /// Cancel jobs that are not ended
+    /// Cancel unfinished jobs
     Cancel {
         /// The file
         store: PathBuf,
-        /// Id of a job as `fleet status` shows it
+        /// Id of a job, as shown by `fleet status`
         #[arg(value_parser = clap::builder::NonEmptyStringValueParser::new())]
         job: String,
     },
@@ -111,12 +112,12 @@ enum Action {
 struct Asked {
     /// The file
     store: PathBuf,
-    /// PLANT, PLANT/BUS or PLANT/BUS/NODE, several times if need be [default: every machine]
+    /// PLANT, PLANT/BUS or PLANT/BUS/NODE; may be given several times [default: every machine]
     only: Vec<String>,
-    /// Readings from this moment on, as 2026-03-01T06:00Z [default: the first]
+    /// Start of the period, such as 2026-03-01T06:00Z [default: the first reading]
     #[arg(long)]
     from: Option<Timestamp>,
-    /// Readings up to this moment [default: the last]
+    /// End of the period [default: the last reading]
     #[arg(long)]
     to: Option<Timestamp>,
 }
@@ -157,8 +158,8 @@ pub fn fleet(arguments: &Fleet) -> Result<()> {
         Action::Status { store, json } => status(&list(opened(store)?.connection())?, *json),
         Action::Cancel { store, job } => {
             match cancel(opened(store)?.connection(), job, now_us())? {
-                0 => bail!("{}: no job {job} waits or runs", store.display()),
-                jobs => println!("{jobs} cancelled."),
+                0 => bail!("{}: job {job} is neither waiting nor running", store.display()),
+                jobs => println!("{} cancelled.", counted(jobs, "job")),
             }
             Ok(())
         }
@@ -177,8 +178,12 @@ fn enqueue(command: FleetCommand, option: Option<&str>, asked: &Asked) -> Result
             false => old += 1,
         }
     }
-    let there = if old > 0 { format!(", {old} were asked for before") } else { String::new() };
-    println!("{new} new jobs{there}.\nNext: rotor-edge-plant worker {} --once", asked.store.display());
+    let there = if old > 0 { format!(", {} requested before", counted(old, "job")) } else { String::new() };
+    println!(
+        "{}{there}.\nNext: rotor-edge-plant worker {} --once",
+        counted(new, "new job"),
+        asked.store.display()
+    );
     Ok(())
 }
 
@@ -220,7 +225,8 @@ fn deploy(path: &Path, only: &[String], trial_s: Option<f64>) -> Result<()> {
         )?);
     }
     println!(
-        "{new} models to deploy.\nNext, where the bus and the keys are: rotor-edge-plant worker {} --plant PLANT --bus NAME=BUS --keys FOLDER --once",
+        "{} to deploy.\nNext, where the bus and the keys are: rotor-edge-plant worker {} --plant PLANT --bus NAME=BUS --keys FOLDER --once",
+        counted(new as usize, "model"),
         path.display()
     );
     Ok(())
@@ -235,7 +241,7 @@ fn summarize(path: &Path, days: f64, as_json: bool) -> Result<()> {
     }
     for (change, title) in [
         (ChangeStatus::Changed, "changed"),
-        (ChangeStatus::CannotTell, "cannot be told"),
+        (ChangeStatus::CannotTell, "no usable data"),
         (ChangeStatus::NoFlag, "no flag"),
     ] {
         let of_change: Vec<_> = lines.iter().filter(|line| line.change == change).collect();
@@ -254,9 +260,13 @@ fn summarize(path: &Path, days: f64, as_json: bool) -> Result<()> {
         }
     }
     match lines.iter().filter(|line| line.is_to_deploy).count() {
-        0 => println!("No better model waits to be deployed."),
+        0 => println!("There is no better model to deploy."),
         better => {
-            println!("{better} better models wait.\nNext: rotor-edge-plant fleet deploy {}", path.display())
+            println!(
+                "{} to deploy.\nNext: rotor-edge-plant fleet deploy {}",
+                counted(better, "better model"),
+                path.display()
+            )
         }
     }
     Ok(())
@@ -269,7 +279,11 @@ fn share(path: &Path, server: &Endpoint, access: &Access) -> Result<()> {
     let server = Server::connect(address, access)?;
     tell(&format!("Jobs of {} are shared at {}; Ctrl-C ends it.", path.display(), server.name));
     let ended = jobs::share(&server, path, &stop, tell)?;
-    println!("{ended} jobs ended.\nNext: rotor-edge-plant fleet status {}", path.display());
+    println!(
+        "{} done.\nNext: rotor-edge-plant fleet status {}",
+        counted(ended as usize, "job"),
+        path.display()
+    );
     Ok(())
 }
 

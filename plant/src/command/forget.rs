@@ -13,12 +13,12 @@ use crate::item::Kind;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The file that a gateway or a collection writes
+    /// The file written by `gateway` or `collect`
     store: PathBuf,
-    /// The first day that stays, as 2026-03-01 (UTC)
+    /// First day that is kept, such as 2026-03-01 (UTC)
     #[arg(long, value_name = "DAY")]
     before: Date,
-    /// Forget of one kind alone
+    /// Delete only one kind of data
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(Kind::ALL.map(Kind::name)))]
     only: Option<String>,
 }

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::{Endpoint, days, named, on_signal, tell};
 use crate::gateway::{Named, run as listen};
+use crate::names::counted;
 use crate::sink::Sink;
 use crate::stream::Stream;
 use crate::stream::access::Access;
@@ -16,15 +17,15 @@ pub struct Arguments {
     /// Name of the plant
     #[arg(long, default_value = "plant")]
     plant: String,
-    /// A bus to listen to, as socketcan:can0, with its name in the plant in front if it has another: hall3=slcan:HOST:PORT
+    /// Address of a bus, such as socketcan:can0; with a name for the plant: hall3=slcan:HOST:PORT. May be given several times
     #[arg(long, required = true, value_parser = named)]
     bus: Vec<Named>,
-    /// Where to: a file, made if there is none, nats://HOST:PORT or postgres://NAME@HOST/DATABASE
+    /// Destination: a file (created if absent), nats://HOST:PORT or postgres://NAME@HOST/DATABASE
     #[arg(long, value_parser = Endpoint::of)]
     to: Endpoint,
     #[command(flatten)]
     access: Access,
-    /// The NATS server forgets what is older, collected or not [default: it keeps everything]
+    /// Days after which the NATS server deletes items, collected or not [default: it keeps everything]
     #[arg(long, value_name = "DAYS", value_parser = days)]
     keep_days: Option<Duration>,
 }
@@ -34,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let Arguments { plant, bus: buses, to, access, keep_days } = arguments;
     for (i, bus) in buses.iter().enumerate() {
         if buses[..i].iter().any(|other| other.name == bus.name) {
-            bail!("two buses are called {}, expected NAME=BUS with a name for each", bus.name);
+            bail!("two buses are named {}, expected NAME=BUS with a different name for each", bus.name);
         }
     }
     let stop = on_signal()?;
@@ -44,17 +45,19 @@ pub fn run(arguments: &Arguments) -> Result<()> {
             stream.keep_for(*time)?;
             Box::new(stream)
         }
-        (_, Some(_)) => bail!("--keep-days is for a NATS server; rotor-edge-plant forget is for a file"),
+        (_, Some(_)) => bail!(
+            "--keep-days applies to NATS servers only; to delete old data of a file, run rotor-edge-plant forget"
+        ),
         _ => to.open(access)?,
     };
     for bus in buses {
         sink.claim(plant, &bus.name)?;
     }
     let totals = listen(plant, buses, &mut *sink, &stop, tell)?;
-    println!("{} items kept.", totals.kept);
+    println!("{} stored.", counted(totals.kept as usize, "item"));
     match totals.lost {
         0 => Ok(()),
-        lost => bail!("{lost} items were lost while {} took none", sink.description()),
+        lost => bail!("{lost} items were lost while {} could not be written", sink.description()),
     }
 }
 

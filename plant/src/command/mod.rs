@@ -26,7 +26,7 @@ use crate::store::Store;
 use crate::stream::Stream;
 use crate::stream::access::Access;
 
-/// Keeps what the monitors of a plant's CAN buses tell, in a file or over NATS JetStream.
+/// Stores the messages of all monitors of a plant, in a file, a database or over NATS JetStream.
 #[derive(Debug, Parser)]
 #[command(version)]
 pub struct Cli {
@@ -36,25 +36,25 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// From CAN buses to a file, a database or a NATS server: readings, results, states and heartbeats
+    /// Store readings, results, states and heartbeats from CAN buses in a file, a database or a NATS server
     Gateway(gateway::Arguments),
-    /// From a NATS server to a file or a database
+    /// Store the messages of a NATS server in a file or a database
     Collect(collect::Arguments),
-    /// The last word of every monitor in a file
+    /// Show the last state of every monitor in a file
     Status(status::Arguments),
-    /// Write a file's days as Parquet, for notebooks and data lakes
+    /// Write each day of a file as Parquet, for notebooks and data lakes
     Export(export::Arguments),
-    /// Remove what is older than a day from a file
+    /// Delete all data before a given day from a file
     Forget(forget::Arguments),
     /// State which machine a monitor watches
     Machine(fleet::MachineArguments),
-    /// Ask for a command of the desk over many machines, and see what became of it
+    /// Request desktop commands for many machines, and show the answers
     Fleet(fleet::Fleet),
-    /// Do what was asked for; any number of these may run
+    /// Run the requested jobs; any number of workers may run at once
     Worker(worker::Arguments),
-    /// A secret that a NATS server lets one program in by
+    /// Make the secret key (NKey) with which a program logs in to a NATS server
     Nkey(nkey::Arguments),
-    /// Live pages of all monitors, machines and jobs, and numbers for Prometheus
+    /// Serve live pages of all monitors, machines and jobs, and metrics for Prometheus
     Serve(serve::Arguments),
 }
 
@@ -130,7 +130,7 @@ fn days(text: &str) -> Result<Duration, String> {
 /// A store that is there.
 fn opened(store: &Path) -> Result<Store> {
     if !store.is_file() {
-        bail!("{}: is not there; a gateway or a collection makes it", store.display());
+        bail!("{}: no such file; `gateway` or `collect` creates it", store.display());
     }
     Store::open(store)
 }
@@ -139,7 +139,7 @@ fn opened(store: &Path) -> Result<Store> {
 fn on_signal() -> Result<Arc<AtomicBool>> {
     let flag = Arc::new(AtomicBool::new(false));
     let raised = Arc::clone(&flag);
-    ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).context("no handler for Ctrl-C")?;
+    ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed)).context("Ctrl-C cannot be handled")?;
     Ok(flag)
 }
 

@@ -10,7 +10,7 @@ use crate::stream::access::new_seed;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Where to write the seed; an old one is never overwritten
+    /// File for the seed; an existing file is never overwritten
     #[arg(short, long)]
     output: PathBuf,
 }

@@ -11,15 +11,15 @@ use crate::live::{Admission, serve};
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The file that a gateway or a collection writes
+    /// The file written by `gateway` or `collect`
     store: PathBuf,
-    /// Where to listen; others than this machine reach it only at another address than 127.0.0.1, and then everybody does
+    /// Address of the server; with any other than 127.0.0.1, all computers of the network can open the pages
     #[arg(long, default_value = "127.0.0.1:8370")]
     listen: SocketAddr,
-    /// A file whose first line is a token: who knows it may say on a machine's page that an alarm was seen [default: nobody may]
+    /// File with a token in its first line; users who know it can mark alarms as seen [default: read only]
     #[arg(long, value_name = "FILE")]
     token: Option<PathBuf>,
-    /// A name by which the server is opened, beside localhost and its addresses; may be given several times
+    /// Host name under which browsers open the server, besides localhost and its addresses; may be given several times
     #[arg(long, value_name = "NAME")]
     host: Vec<String>,
 }
@@ -41,7 +41,7 @@ fn token(path: &Path) -> Result<String> {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let store = &arguments.store;
     if !store.is_file() {
-        bail!("{}: is not there; a gateway or a collection makes it", store.display());
+        bail!("{}: no such file; `gateway` or `collect` creates it", store.display());
     }
     let stop = on_signal()?;
     let token = arguments.token.as_deref().map(token).transpose()?;

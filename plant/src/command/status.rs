@@ -11,7 +11,7 @@ use crate::store::Store;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The file that a gateway or a collection writes
+    /// The file written by `gateway` or `collect`
     store: PathBuf,
     /// Print one JSON object instead of text
     #[arg(long)]
@@ -21,7 +21,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let path = &arguments.store;
     if !path.is_file() {
-        bail!("{}: is not there; a gateway makes it", path.display());
+        bail!("{}: no such file; `gateway` creates it", path.display());
     }
     let monitors = Store::open(path)?.newest()?;
     if arguments.json {
@@ -29,7 +29,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         return Ok(());
     }
     if monitors.is_empty() {
-        println!("Nothing was heard of any monitor yet.");
+        println!("No monitor has sent a message yet.");
         return Ok(());
     }
     let time = |us: Option<i64>| {

@@ -9,24 +9,25 @@ use super::{Endpoint, named, on_signal, opened, tell};
 use crate::fleet::task::{Hands, keys_in};
 use crate::fleet::{server, worker};
 use crate::gateway::Named;
+use crate::names::counted;
 use crate::stream::access::Access;
 use crate::stream::server::Server;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The file, or nats://HOST:PORT where somebody shares the jobs of one
+    /// The file with the jobs, or nats://HOST:PORT to which `fleet share` sends them
     #[arg(value_parser = Endpoint::of)]
     from: Endpoint,
-    /// End when nothing is left to do
+    /// Exit when all jobs are done
     #[arg(long)]
     once: bool,
-    /// A bus that this host is at, NAME=BUS as for gateway: this worker deploys models to its monitors, and does nothing else
+    /// Bus of this host, NAME=BUS as for `gateway`; this worker then only deploys models to its monitors
     #[arg(long, value_parser = named, requires = "keys")]
     bus: Vec<Named>,
-    /// Name of the plant that the buses are in
+    /// Name of the plant of these buses
     #[arg(long, default_value = "plant")]
     plant: String,
-    /// Keys of the monitors, a folder with BUS/NODE.key
+    /// Folder with the keys of the monitors, BUS/NODE.key
     #[arg(long, value_name = "FOLDER", requires = "bus")]
     keys: Option<PathBuf>,
     #[command(flatten)]
@@ -50,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
         Endpoint::Database(_) => bail!("jobs are in a file or at nats://HOST:PORT, not in a database"),
     };
-    println!("{ended} jobs ended.");
+    println!("{} done.", counted(ended as usize, "job"));
     if let Endpoint::File(path) = from {
         println!("Next: rotor-edge-plant fleet status {}", path.display());
     }

@@ -27,11 +27,11 @@ pub fn path_of(source: &Source) -> String {
 /// # Errors
 /// One sentence if no such monitor was heard, or if the drawing is none or needs other files.
 pub fn state(store: &mut Store, path: &str, rotor: &str) -> Result<()> {
-    rotor_file::parse("rotor.toml", rotor).context("the drawing, which must need no other file")?;
+    rotor_file::parse("rotor.toml", rotor).context("the rotor file, which must not refer to other files")?;
     let all = sources(store.connection())?;
     let Some((id, _)) = all.iter().find(|(_, source)| path_of(source) == path) else {
         let known: Vec<String> = all.iter().map(|(_, source)| path_of(source)).collect();
-        bail!("no monitor {path} was heard, expected one of {}", known.join(", "));
+        bail!("monitor {path} has sent no message, expected one of {}", known.join(", "));
     };
     let sql =
         "INSERT INTO machine (source, rotor) VALUES (?1, ?2) ON CONFLICT (source) DO UPDATE SET rotor = ?2";

@@ -367,7 +367,7 @@ mod tests {
             let machine = StatedMachine { id: job.source_id, source: job.source, rotor: job.rotor };
             ask(queue, &machine, (job.command, None), job.period_us, at_us + 1).unwrap()
         };
-        assert!(asked_again(&Ended::Failed("no reading in this time".into()), 10));
+        assert!(asked_again(&Ended::Failed("no reading in this period".into()), 10));
         // the other one has waited for longer
         assert!(!asked_again(&Ended::Done { answer: "{}".into(), model: None, report: None }, 20));
         let again = take(queue, "b", &hands, 30).unwrap().unwrap();

@@ -33,7 +33,7 @@ pub struct Period {
 pub fn whole(store: &mut Store, source: i64) -> Result<(i64, i64)> {
     let sql = "SELECT min(time_us), max(time_us) FROM reading WHERE source = ? AND clock_doubtful = 0";
     let ends = store.connection().query_row(sql, [source], |row| Ok((row.get(0)?, row.get(1)?)))?;
-    let (Some(from), Some(to)) = ends else { bail!("there is no reading of it") };
+    let (Some(from), Some(to)) = ends else { bail!("the machine has no reading") };
     Ok((from, to))
 }
 
@@ -66,13 +66,13 @@ pub fn csv(store: &mut Store, source: i64, period: Period, probes: &[String]) ->
                 }
             }
             _ if is_full => {
-                bail!("more than {MOST_READINGS} readings in this time; ask for less of it: --from, --to")
+                bail!("more than {MOST_READINGS} readings in this period; shorten it with --from and --to")
             }
             _ => readings.push((stretch, reading)),
         }
     }
     if readings.is_empty() {
-        bail!("no reading in this time");
+        bail!("no reading in this period");
     }
     let readings: Vec<Reading> = readings.into_iter().map(|(_, reading)| reading).collect();
     let mut csv = Vec::new();

@@ -282,7 +282,7 @@ fn round(
             let subject = subject(&task);
             let bytes = packed(&Sent { home: home.into(), task })?;
             too_large(server, bytes.len()).map_or(Ok((subject, bytes)), |why| {
-                bail!("its readings are {why}; ask for less time: --from, --to")
+                bail!("its readings are {why}; shorten the period with --from and --to")
             })
         });
         match message {

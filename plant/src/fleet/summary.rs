@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 use rotor_edge::bus::states::name;
+use rotor_edge::scale::three_digits;
 use rotor_edge_core::state::NodeState;
 use rotor_edge_desktop::rotor_file;
 use rusqlite::{Connection, OptionalExtension as _};
@@ -11,7 +12,7 @@ use serde_json::Value;
 use super::machines::{StatedMachine, sources};
 use super::task::FleetCommand;
 use crate::item::Source;
-use crate::names::Names;
+use crate::names::{Names, counted};
 
 /// What is known of one machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -59,7 +60,7 @@ pub fn all(connection: &Connection, from_us: i64) -> Result<Vec<MachineSummary>>
         let sql = "SELECT rotor FROM machine WHERE source = ?";
         let rotor: Option<String> = connection.query_row(sql, [id], |row| row.get(0)).optional()?;
         let (missing, is_to_deploy) = match rotor {
-            None => ("its machine is not stated: rotor-edge-plant machine".into(), false),
+            None => ("its machine is not known: rotor-edge-plant machine".into(), false),
             Some(rotor) => missing(connection, &StatedMachine { id, source: source.clone(), rotor })?,
         };
         all.push(MachineSummary { source, change, why, missing, is_to_deploy });
@@ -95,10 +96,13 @@ fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(ChangeStatu
     if let Some((true, suspect, _)) = is_up {
         let names = names(connection, id)?;
         let at = suspect.map_or_else(String::new, |bearing| format!(", at {}", names.bearing(bearing)));
-        return Ok((ChangeStatus::Changed, format!("its flag is up{at}")));
+        return Ok((ChangeStatus::Changed, format!("its flag is raised{at}")));
     }
     if risen > 0 {
-        return Ok((ChangeStatus::Changed, format!("its flag rose {risen} times and is down again")));
+        return Ok((
+            ChangeStatus::Changed,
+            format!("its flag was raised ({}) and is lowered now", counted(risen as usize, "time")),
+        ));
     }
     let lost: Option<(String, String)> = connection
         .query_row(
@@ -110,17 +114,23 @@ fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(ChangeStatu
     if let Some((state, reason)) = &lost
         && [NodeState::Blind, NodeState::Stale, NodeState::Conflict].iter().any(|lost| name(lost) == *state)
     {
-        return Ok((ChangeStatus::Changed, format!("it cannot judge any more: {state}, {reason}")));
+        return Ok((ChangeStatus::Changed, format!("it no longer evaluates readings: {state}, {reason}")));
     }
     Ok(match (results, judged) {
-        (0, _) if lost.is_none() => (ChangeStatus::CannotTell, "nothing was heard of it".into()),
-        (0, _) => (ChangeStatus::CannotTell, "no reading was judged: see what sends it readings".into()),
+        (0, _) if lost.is_none() => (ChangeStatus::CannotTell, "no message was received".into()),
+        (0, _) => {
+            (ChangeStatus::CannotTell, "no reading was evaluated: check the source of its readings".into())
+        }
         (_, 0) => {
-            (ChangeStatus::CannotTell, "no reading had a row left over for a residual: see its probes".into())
+            (ChangeStatus::CannotTell, "too few probes were usable for a residual: check the probes".into())
         }
-        _ => {
-            (ChangeStatus::NoFlag, format!("{judged} of {results} readings had a residual, and no flag rose"))
-        }
+        _ => (
+            ChangeStatus::NoFlag,
+            format!(
+                "{judged} of {} had a residual, and no flag was raised",
+                counted(results as usize, "reading")
+            ),
+        ),
     })
 }
 
@@ -128,14 +138,17 @@ fn change(connection: &Connection, id: i64, from_us: i64) -> Result<(ChangeStatu
 fn missing(connection: &Connection, machine: &StatedMachine) -> Result<(String, bool)> {
     if let Some(better) = better(connection, machine)? {
         let effects = better.effects.join(", ");
-        return Ok((format!("{effects}; with that {}", better.verdict), better.verdict == "adequate"));
+        return Ok((
+            format!("{effects}; the model with it is {}", better.verdict),
+            better.verdict == "adequate",
+        ));
     }
     let sql = "SELECT answer FROM job WHERE source = ? AND rotor = ? AND state = 'done' AND command IN ('diagnose', 'improve') \
                ORDER BY ended_us DESC LIMIT 1";
     let answer =
         connection.query_row(sql, (machine.id, &machine.rotor), |row| row.get::<_, String>(0)).optional()?;
     let Some(answer) = answer else {
-        return Ok(("not asked yet: rotor-edge-plant fleet diagnose".into(), false));
+        return Ok(("not diagnosed yet: rotor-edge-plant fleet diagnose".into(), false));
     };
     Ok((in_a_word(FleetCommand::Diagnose, &answer), false))
 }
@@ -163,13 +176,28 @@ fn effects(improved: &Value) -> Vec<String> {
     steps.filter_map(|step| step["effect"].as_str().map(Into::into)).collect()
 }
 
+/// The static unbalance on the last day of a forecast, with its 95 % interval.
+fn forecast_end(day: &Value) -> Option<String> {
+    let number = |key: &str| day["U_g"][key].as_f64().map(three_digits);
+    let date = day["time"].as_str().and_then(|time| time.get(..10)).map(String::from);
+    let date = date.or_else(|| Some(format!("day {:.0}", day["time_d"].as_f64()?)))?;
+    Some(format!(
+        "static unbalance {} g·mm on {date} ({} to {})",
+        number("value")?,
+        number("low")?,
+        number("high")?
+    ))
+}
+
 /// What a person wants to know of an answer first.
 pub fn in_a_word(command: FleetCommand, answer: &str) -> String {
     let Ok(answer) = serde_json::from_str::<Value>(answer) else { return answer.into() };
     let verdict = answer["verdict"].as_str().unwrap_or("–");
     let number = |key: &str| answer[key].as_array().map_or(0, Vec::len);
     match command {
-        FleetCommand::Track => format!("{} days, {} flags", number("estimates"), number("flags")),
+        FleetCommand::Track => {
+            format!("{}, {}", counted(number("estimates"), "day"), counted(number("flags"), "flag"))
+        }
         FleetCommand::Improve => {
             let added = effects(&answer);
             format!(
@@ -179,7 +207,8 @@ pub fn in_a_word(command: FleetCommand, answer: &str) -> String {
         }
         FleetCommand::Deploy => "the monitor runs it".into(),
         FleetCommand::Forecast => {
-            answer["model"].as_str().map_or("made".into(), |model| format!("by {model}"))
+            let last = answer["forecast"].as_array().and_then(|days| days.last());
+            last.and_then(forecast_end).unwrap_or_else(|| "no forecast".into())
         }
         FleetCommand::Diagnose => match answer["candidates"][0]["effect"].as_str() {
             Some(effect) if verdict == "missing" => format!("missing: {effect}"),

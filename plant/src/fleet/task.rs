@@ -96,7 +96,7 @@ pub enum Ended {
 /// What a worker does: commands of the desk, or deployments over the buses that it is at.
 #[derive(Debug, Clone, Default)]
 pub struct Hands {
-    /// Name of the plant that the buses are in.
+    /// Name of the plant of these buses.
     pub plant: String,
     /// Buses that deployments go over; none: commands of the desk.
     pub buses: Vec<Named>,
@@ -128,7 +128,7 @@ impl Task {
 
     /// What the command says of the machine's readings, and what it wrote.
     fn at_the_desk(&self) -> Result<Ended> {
-        let folder = tempfile::tempdir().context("a folder for the job")?;
+        let folder = tempfile::tempdir().context("no temporary folder for the job")?;
         let file = |name: &str| folder.path().join(name);
         std::fs::write(file("rotor.toml"), &self.rotor)?;
         std::fs::write(file("data.csv"), &self.data)?;
@@ -167,7 +167,7 @@ impl Task {
         let Some(at) = hands.buses.iter().find(|named| named.name == *bus) else {
             bail!("this worker is not at bus {bus}");
         };
-        let folder = tempfile::tempdir().context("a folder for the job")?;
+        let folder = tempfile::tempdir().context("no temporary folder for the job")?;
         let model = folder.path().join("rotor.toml");
         std::fs::write(&model, &self.rotor)?;
         let key = hands.keys.join(plain_word(bus)).join(format!("{node}.key"));
@@ -199,8 +199,8 @@ pub fn packed(value: &impl Serialize) -> Result<Vec<u8>> {
 pub fn unpacked<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
     let mut text = Vec::new();
     let read = GzDecoder::new(bytes).take(MOST_BYTES).read_to_end(&mut text);
-    read.context("it is not packed")?;
-    serde_json::from_slice(&text).context("it holds something else")
+    read.context("it is not compressed with gzip")?;
+    serde_json::from_slice(&text).context("it has unexpected content")
 }
 
 /// As a browser takes it, too.
@@ -219,7 +219,7 @@ pub fn squeezed(text: &[u8]) -> Result<Vec<u8>> {
 /// One sentence if it is no folder.
 pub fn keys_in(folder: &Path) -> Result<PathBuf> {
     if !folder.is_dir() {
-        bail!("{}: is no folder of keys, expected one with BUS/NODE.key", folder.display());
+        bail!("{}: not a folder of keys, expected a folder with BUS/NODE.key", folder.display());
     }
     Ok(folder.into())
 }
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(unpacked::<Task>(&sent).unwrap(), task);
         assert_eq!(
             format!("{:#}", unpacked::<Task>(b"hello").unwrap_err()).split(':').next(),
-            Some("it is not packed")
+            Some("it is not compressed with gzip")
         );
         assert!(unpacked::<Ended>(&sent).is_err());
     }

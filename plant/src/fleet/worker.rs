@@ -68,12 +68,12 @@ impl Shown {
 
     /// That it looks for a job.
     pub fn waiting(&self, ended: u64) {
-        self.0.set_message(format!("{ended} jobs ended; waiting for one"));
+        self.0.set_message(format!("{ended} jobs done; waiting for one"));
     }
 
     pub fn doing(&self, ended: u64, command: FleetCommand, source: &Source) {
         self.0.reset_elapsed();
-        self.0.set_message(format!("{ended} jobs ended; {} of {}", command.name(), path_of(source)));
+        self.0.set_message(format!("{ended} jobs done; {} of {}", command.name(), path_of(source)));
     }
 
     /// Says something where the line was.

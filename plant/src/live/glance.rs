@@ -97,7 +97,13 @@ fn of(newest: &Newest, acknowledged: &HashMap<Key, Acknowledged>, known: Known, 
     let is_silent = age_us.is_none_or(|age_us| age_us > quiet_us);
     let state = newest.state.as_deref().unwrap_or("silent");
     let why = match is_silent {
-        true => format!("nothing is heard of it; it was {state}: see its supply, its bus and the gateway"),
+        true => {
+            let last = newest.state.as_deref().map_or_else(
+                || "no message was ever received".into(),
+                |state| format!("no message is received any more; its last state was {state}"),
+            );
+            format!("{last}: check its supply, its bus and the gateway")
+        }
         false => in_words(newest, &known.names),
     };
     let state_now: String = if is_silent { "silent" } else { state }.into();
@@ -205,7 +211,7 @@ mod tests {
             "{}",
             seen[0].why
         );
-        assert!(seen[2].why.contains("it was tracking"));
+        assert!(seen[2].why.contains("last state was tracking"));
         assert_eq!((seen[4].age_s, seen[3].age_s), (Some(0.0), None), "a clock that is ahead");
         assert_eq!(seen[5].why, "");
         let who = |glance: &Glance| glance.acknowledged.as_ref().map(|seen| seen.who.clone());

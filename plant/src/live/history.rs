@@ -43,6 +43,15 @@ pub struct Resolution {
     pub rows: usize,
 }
 
+/// Time of the `number`th newest reading, or of the oldest if there are fewer, µs since 1970; none without readings.
+///
+/// # Errors
+/// If the store cannot be read.
+pub fn nth_newest_us(connection: &Connection, source: i64, number: u32) -> Result<Option<i64>> {
+    let sql = "SELECT min(time_us) FROM (SELECT time_us FROM reading WHERE source = ? ORDER BY epoch DESC, sequence DESC LIMIT ?)";
+    Ok(connection.query_row(sql, (source, number), |row| row.get(0))?)
+}
+
 /// The rows of a table in a period, which ends with `to_us`, as finely as a figure shows them; those whose time is doubtful are
 /// left out.
 ///

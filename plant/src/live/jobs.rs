@@ -20,7 +20,7 @@ pub fn live(connection: &Connection) -> Result<Markup> {
     let jobs = newest(connection, None, MOST_LISTED)?;
     let all: u32 = numbers.iter().map(|(_, number)| number).sum();
     Ok(html! {
-        @if jobs.is_empty() { p { "Nothing was asked yet: rotor-edge-plant fleet track STORE" } }
+        @if jobs.is_empty() { p { "No job was requested yet. Request one with: rotor-edge-plant fleet track STORE" } }
         ul class="states" { @for (state, number) in &numbers { li class=(state) { b { (number) } " " (said(state)) } } }
         @if all as usize > jobs.len() { p { "The newest " (jobs.len()) " of " (all) "; rotor-edge-plant fleet status lists all." } }
         @if !jobs.is_empty() { (table(&jobs)) }

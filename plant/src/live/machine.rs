@@ -34,15 +34,17 @@ pub fn live(connection: &Connection, glance: &Glance, rotor: Option<&Rotor>, now
             @if !glance.why.is_empty() { ": " (glance.why) }
             (seen(glance.acknowledged.as_ref(), now_us))
         }
-        p { "Heard " (newest.heard_us.map_or("never".into(), |heard_us| ago_us(now_us, heard_us))) "." }
+        p { (newest.heard_us.map_or("No message yet.".into(), |heard_us| format!("Last message {}.", ago_us(now_us, heard_us)))) }
         @if let Some((_, state, since_us)) = glance.unseen_alarm() { span id="alarm" data-state=(state) data-since=(since_us) {} }
-        @if let Some(rotor) = rotor { div class="drawing" { (drawing(rotor, glance)) } }
-        div class="tables" {
-            (reading(connection, source, &names, now_us)?)
-            (result(connection, source, &names, now_us)?)
-            (changes(connection, source, &names)?)
+        div class="overview" {
+            @if let Some(rotor) = rotor { div class="drawing" { (drawing(rotor, glance)) } }
+            div class="tables" {
+                (reading(connection, source, &names, now_us)?)
+                (result(connection, source, &names, now_us)?)
+            }
         }
-        @if !jobs.is_empty() { h2 { "Asked of it" } (jobs::table(&jobs)) }
+        (changes(connection, source, &names)?)
+        @if !jobs.is_empty() { h2 { "Jobs" } (jobs::table(&jobs)) }
     })
 }
 
@@ -70,7 +72,7 @@ fn reading(connection: &Connection, source: i64, names: &Names, now_us: i64) -> 
     let Some((time_us, speed_rpm, keyphasor, lines)) =
         connection.query_row(sql, [source], told).optional()?
     else {
-        return Ok(html! { p { "No reading was heard yet." } });
+        return Ok(html! { p { "No reading was received yet." } });
     };
     Ok(html! {
         table {
@@ -110,21 +112,24 @@ fn result(connection: &Connection, source: i64, names: &Names, now_us: i64) -> R
             });
             lines.push((format!("unbalance, {}", names.plane(plane)), value));
         }
-        for (name, column) in [("residual", "residual_um"), ("not suspicious below", "floor_um")] {
+        for (name, column) in [("residual", "residual_um"), ("no alarm below", "floor_um")] {
             let value = number(column.into())?;
             lines.push((name.into(), value.map(|um| format!("{} µm 0-pk", three_digits(um)))));
         }
         let ratio = number("ratio".into())?.map(|ratio| format!("{:.1} %", 100.0 * ratio));
-        lines.push(("of the vibration".into(), ratio));
+        lines.push(("residual / vibration".into(), ratio));
         lines.push(("flag".into(), Some(if row.get("flagged")? { "up" } else { "down" }.into())));
         let redundancy: u32 = row.get("redundancy")?;
-        let spare =
-            if redundancy == 0 { "none: the residual says nothing".into() } else { redundancy.to_string() };
-        lines.push(("values to spare".into(), Some(spare)));
+        let spare = if redundancy == 0 {
+            "none: the residual cannot show a misfit".into()
+        } else {
+            redundancy.to_string()
+        };
+        lines.push(("redundant values".into(), Some(spare)));
         Ok((row.get::<_, i64>("time_us")?, lines))
     };
     let Some((time_us, lines)) = connection.query_row(sql, [source], told).optional()? else {
-        return Ok(html! { p { "It judged no reading yet." } });
+        return Ok(html! { p { "The monitor has evaluated no reading yet." } });
     };
     Ok(html! {
         table {
@@ -146,7 +151,7 @@ fn changes(connection: &Connection, source: i64, names: &Names) -> Result<Markup
     let all: Vec<_> = statement.query_map((source, MOST_LISTED), row)?.collect::<rusqlite::Result<_>>()?;
     Ok(html! {
         @if !all.is_empty() {
-            table {
+            table class="changes" {
                 caption { "Last changes" }
                 tbody {
                     @for (time_us, state, words) in &all {
@@ -173,7 +178,7 @@ pub fn form(glance: &Glance) -> Markup {
             input type="hidden" name="since_us" value=(since_us);
             label { "Your name " input name="who" required maxlength="80" autocomplete="name"; }
             label { "Token " input name="token" type="password" required autocomplete="current-password"; }
-            button { "I have seen it" }
+            button { "Mark as seen" }
         }
     }
 }

@@ -87,7 +87,7 @@ pub fn serve(
         Builder::new_multi_thread().worker_threads(1).max_blocking_threads(READERS).enable_all().build()?;
     let listener = runtime
         .block_on(TcpListener::bind(address))
-        .with_context(|| format!("{address}: cannot be listened at"))?;
+        .with_context(|| format!("{address}: cannot be opened for listening"))?;
     opened(listener.local_addr()?);
     let hosts = middleware::from_fn_with_state(Hosts::new(admission.hosts), host::check);
     let routes = routes(Served::new(seen, path, admission.token)).layer(hosts);

@@ -19,7 +19,7 @@ source.addEventListener("message", ({ data }) => {
   if (form) follow(document.getElementById("alarm"));
   said("Live.", false);
 });
-source.addEventListener("error", () => said(`The server is gone since ${new Date().toLocaleTimeString()}; what is shown is as old as that.`, true));
+source.addEventListener("error", () => said(`No connection to the server since ${new Date().toLocaleTimeString()}; the page shows the state of that time.`, true));
 // The figures are as high as they are, which grows while they are drawn, and only the page is scrolled.
 const fit = () => {
   const inside = frame.contentDocument?.documentElement;

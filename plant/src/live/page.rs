@@ -25,7 +25,7 @@ pub fn whole(title: &str, events: &str, live: &Markup, beside: &Markup) -> Strin
             body data-events=(events) {
                 nav { a href="/" { "Machines" } " " a href="/jobs" { "Jobs" } }
                 h1 { (title) }
-                p id="link" role="status" { "The page as it was loaded." }
+                p id="link" role="status" { "This page shows the state at the time it was loaded." }
                 main id="live" { (live) }
                 (beside)
                 script src="/page.js" {}
@@ -45,7 +45,7 @@ pub fn monitors(all: &[Glance], now_us: i64) -> Markup {
         }
     }
     html! {
-        @if all.is_empty() { p { "Nothing was heard of any monitor yet." } }
+        @if all.is_empty() { p { "No monitor has sent a message yet." } }
         ul class="states" { @for (state, number) in states { li class=(state) { b { (number) } " " (said(state)) } } }
         ul class="tiles" { @for glance in all { (tile(glance, now_us)) } }
     }
@@ -59,10 +59,13 @@ fn tile(glance: &Glance, now_us: i64) -> Markup {
         li class=(glance.state_now) {
             h2 { a href=(path(&newest.plant, &newest.bus, newest.node)) { (named(glance)) } }
             p class="place" { (newest.plant) ", " (newest.bus) ", node " (newest.node) }
-            p { b class="state" { (said(&glance.state_now)) } ", heard " (glance.age_s.map_or("never".into(), ago)) }
             p {
-                "Unbalance: " (known.recent.in_words(&known.names)) ". Residual: "
-                (newest.ratio.map_or("–".into(), |ratio| format!("{:.1} %", 100.0 * ratio))) "."
+                b class="state" { (said(&glance.state_now)) } ", "
+                (glance.age_s.map_or("no message yet".into(), |age_s| format!("last message {}", ago(age_s))))
+            }
+            p {
+                "Unbalance: " (known.recent.in_words(&known.names)) "."
+                @if let Some(ratio) = newest.ratio { " Residual: " (format!("{:.1} %", 100.0 * ratio)) "." }
             }
             (known.recent.drawing())
             @if !glance.why.is_empty() || glance.acknowledged.is_some() {
@@ -122,6 +125,6 @@ mod tests {
 
     #[test]
     fn a_plant_without_monitors_says_so() {
-        assert!(monitors(&[], 0).into_string().contains("Nothing was heard of any monitor yet."));
+        assert!(monitors(&[], 0).into_string().contains("No monitor has sent a message yet."));
     }
 }

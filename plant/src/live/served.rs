@@ -24,7 +24,7 @@ use tokio::sync::watch;
 
 use super::glance::Glance;
 use super::guesses::{Guess, Guesses};
-use super::{alarm, jobs as job_page, machine as machine_page, metrics, now_us, page, trends};
+use super::{alarm, history, jobs as job_page, machine as machine_page, metrics, now_us, page, trends};
 use crate::item::plain_word;
 use crate::store::Store;
 
@@ -36,8 +36,12 @@ const POLICY_OF_FIGURES: &str = "frame-ancestors 'self'";
 /// The page of a job may come from another host: it may draw and save, and knows nothing of this server.
 const POLICY_OF_REPORTS: &str = "sandbox allow-scripts allow-downloads; frame-ancestors 'none'";
 /// What a page shows of the past, h, and what it can be asked for.
-const HOURS: [(f64, &str); 4] = [(1.0, "hour"), (24.0, "day"), (168.0, "week"), (720.0, "month")];
+const HOURS: [(f64, &str); 5] =
+    [(1.0, "hour"), (24.0, "day"), (168.0, "week"), (720.0, "month"), (8_766.0, "year")];
+/// Shortest period that is shown if the address states none.
 const USUAL_HOURS: f64 = 24.0;
+/// Readings that such a period should hold; it is a longer one if necessary.
+const USUAL_READINGS: u32 = 10;
 /// Longest time that figures can be asked for, h: ten years.
 const MOST_HOURS: f64 = 87_600.0;
 /// A form that is not whole after so long is refused.
@@ -69,7 +73,7 @@ impl Served {
     ) -> PageResult<T> {
         let path = self.store.clone();
         let looked = tokio::task::spawn_blocking(move || look(&Store::open_to_read(&path)?));
-        Ok(looked.await.context("the store was not read to its end")??)
+        Ok(looked.await.context("reading the store was interrupted")??)
     }
 
     fn glance(&self, (plant, bus, node): &(String, String, u8)) -> PageResult<Glance> {
@@ -186,8 +190,17 @@ pub struct Asked {
 }
 
 impl Asked {
-    fn hours(&self) -> f64 {
-        self.hours.filter(|hours| (0.0..=MOST_HOURS).contains(hours)).unwrap_or(USUAL_HOURS)
+    /// The stated period, or the shortest one that holds enough readings.
+    async fn hours(&self, served: &Served, source: i64) -> PageResult<f64> {
+        if let Some(hours) = self.hours.filter(|hours| (0.0..=MOST_HOURS).contains(hours)) {
+            return Ok(hours);
+        }
+        let earliest_us =
+            served.read(move |store| history::nth_newest_us(store.reading(), source, USUAL_READINGS)).await?;
+        let needed = earliest_us.map_or(USUAL_HOURS, |us| (now_us() - us) as f64 / 3_600e6);
+        let listed = HOURS.map(|(hours, _)| hours);
+        let holds_enough = |hours: &f64| *hours >= needed.max(USUAL_HOURS);
+        Ok(listed.into_iter().find(holds_enough).unwrap_or(listed[listed.len() - 1]))
     }
 }
 
@@ -200,7 +213,7 @@ pub async fn machine(
     let glance = served.glance(&words)?;
     let newest = &glance.newest;
     let at = page::path(&newest.plant, &newest.bus, newest.node);
-    let hours = asked.hours();
+    let hours = asked.hours(&served, newest.source).await?;
     let beside = html! {
         @if served.token.is_some() { (machine_page::form(&glance)) }
         nav class="hours" {
@@ -236,10 +249,11 @@ pub async fn figures(
     Query(asked): Query<Asked>,
 ) -> PageResult {
     let source = served.glance(&words)?.newest.source;
+    let hours = asked.hours(&served, source).await?;
     let page = served
         .read(move |store| {
             let rotor = rotor(store, source)?;
-            trends::figures(store.reading(), source, rotor.as_ref(), asked.hours(), now_us())
+            trends::figures(store.reading(), source, rotor.as_ref(), hours, now_us())
         })
         .await?;
     Ok(([(header::CONTENT_SECURITY_POLICY, POLICY_OF_FIGURES)], Html(page)).into_response())
@@ -311,7 +325,7 @@ pub async fn acknowledge(
     }
     let path = served.store.clone();
     let kept = move || alarm::acknowledge(Store::open(&path)?.connection(), &key, &who, now_us());
-    tokio::task::spawn_blocking(kept).await.context("it was not kept")??;
+    tokio::task::spawn_blocking(kept).await.context("the acknowledgement was not stored")??;
     let newest = &glance.newest;
     Ok(Redirect::to(&page::path(&newest.plant, &newest.bus, newest.node)))
 }

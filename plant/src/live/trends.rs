@@ -24,7 +24,7 @@ const fn single(name: &'static str, columns: &'static [&'static str]) -> Quantit
 }
 
 const RESIDUAL: [Quantity; 2] =
-    [single("residual", &["residual_um"]), single("not suspicious below", &["floor_um"])];
+    [single("residual", &["residual_um"]), single("no alarm below", &["floor_um"])];
 /// Unbalance of each plane.
 pub const UNBALANCE: [Quantity; 4] = [
     single("plane 1", &["u1_cos_g_mm", "u1_sin_g_mm"]),
@@ -114,11 +114,11 @@ pub fn figures(
         }
     }
     let text = if figures.is_empty() {
-        "Nothing was recorded in this time.".into()
+        "Nothing was recorded in this period.".into()
     } else {
         format!(
-            "Until {}. A curve is the mean of the first {MOST_ROWS} values of each three-hundredth of the time, the band reaches from the \
-             least to the most of the first curve; where there is no curve, nothing was recorded.",
+            "Until {}. A curve has 300 points, each the mean of up to {MOST_ROWS} values. The band shows minimum and maximum of the first \
+             curve. A gap means that nothing was recorded.",
             moment(now_us)
         )
     };
@@ -150,7 +150,7 @@ fn drawn(period: &Period, quantities: &[Quantity], stretches: &[Stretch], unit: 
             let band = stretches.iter().map(at).map(|(at, spread)| {
                 spread.map_or([at, f64::NAN, f64::NAN], |spread| [at, spread.least, spread.most])
             });
-            drawn.bands = vec![(format!("{}, least to most", quantity.name), band.collect())];
+            drawn.bands = vec![(format!("{}, minimum to maximum", quantity.name), band.collect())];
         }
         let curve = stretches.iter().map(at).map(|(at, spread)| (at, spread.map_or(f64::NAN, |s| s.mean)));
         drawn.curves.push((quantity.name.into(), curve.collect()));
@@ -177,7 +177,7 @@ fn rename(drawn: &mut Trend, name: impl Fn(u8) -> String) {
         *own = name(number);
     }
     if let Some((own, _)) = drawn.bands.first_mut() {
-        *own = format!("{}, least to most", name(1));
+        *own = format!("{}, minimum to maximum", name(1));
     }
 }
 

@@ -49,7 +49,7 @@ impl Store {
         let name = path.display().to_string();
         let mut connection = Connection::open(path).with_context(|| format!("{name}: cannot be opened"))?;
         prepare(&mut connection)
-            .with_context(|| format!("{name}: is no store of rotor-edge-plant that can be used"))?;
+            .with_context(|| format!("{name}: not a usable store of rotor-edge-plant"))?;
         Ok(Self { connection, name, sources: HashMap::new(), locks: Vec::new() })
     }
 
@@ -158,7 +158,7 @@ fn prepare(connection: &mut Connection) -> Result<()> {
 impl Sink for Store {
     fn claim(&mut self, plant: &str, bus: &str) -> Result<()> {
         let path = format!("{}-{}-{}.lock", self.name, plain_word(plant), plain_word(bus));
-        let file = File::create(&path).with_context(|| format!("{path}: cannot be made"))?;
+        let file = File::create(&path).with_context(|| format!("{path}: cannot be created"))?;
         match file.try_lock() {
             Ok(()) => self.locks.push(file),
             Err(TryLockError::WouldBlock) => bail!(is_kept(&self.name, plant, bus)),

@@ -10,10 +10,10 @@ use nkeys::{KeyPair, KeyPairType};
 /// Keys to a server and of it.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Args)]
 pub struct Access {
-    /// What the NATS server lets us in by: a file of its credentials, or of the seed that nkey made
+    /// Login to the NATS server: a credentials file, or a seed made by `nkey`
     #[arg(long, value_name = "FILE")]
     pub credentials: Option<PathBuf>,
-    /// Certificates (PEM) one of which signed the NATS server's; the connection is encrypted [default: for tls:// those of this system]
+    /// Certificates (PEM) of the authority that signed the NATS server's certificate; encrypts the connection [default: with tls://, the authorities of this system]
     #[arg(long = "ca", value_name = "FILE")]
     pub authority: Option<PathBuf>,
 }

@@ -78,7 +78,7 @@ fn daily_export_has_store_numbers_and_is_updated() {
     std::fs::write(days.join("result/2026-03-03.parquet"), "PAR1 and then no more").unwrap();
     assert_eq!(exported(&path, &days), "1 files written with 2 rows, 3 left as they were.\n");
     let said = refusal(&["export", path.to_str().unwrap(), path.to_str().unwrap()]);
-    assert!(said.contains("cannot be made"), "{said}");
+    assert!(said.contains("cannot be created"), "{said}");
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn desk(command: &str, rotor: &Path, data: &Path) -> Value {
 fn two_workers_answer_as_offline_and_duplicate_job_is_one() {
     let plant = Plant::of_days(1..4, 40);
     plant.says(&["fleet", "track", plant.path()], "3 new jobs.");
-    plant.says(&["fleet", "track", plant.path(), "north/hall1/2"], "0 new jobs, 1 were asked for before.");
+    plant.says(&["fleet", "track", plant.path(), "north/hall1/2"], "0 new jobs, 1 job requested before.");
     let workers = [(); 2].map(|()| Program::start(&["worker", plant.path(), "--once"]));
     until("three answers", || plant.jobs().iter().filter(|job| job["state"] == "done").count() == 3);
     for mut worker in workers {
@@ -47,7 +47,10 @@ fn what_cannot_be_asked_or_done_is_one_sentence() {
     let path = plant.path();
     let rotor = plant.at("rotor.toml");
     let said = refusal(&["machine", path, "north/hall1/9", &rotor]);
-    assert!(said.contains("no monitor north/hall1/9 was heard, expected one of north/hall1/1"), "{said}");
+    assert!(
+        said.contains("monitor north/hall1/9 has sent no message, expected one of north/hall1/1"),
+        "{said}"
+    );
     assert!(refusal(&["machine", path, "north/hall1/1", &plant.at("data.csv")]).contains("data.csv"));
     assert!(refusal(&["fleet", "track", path, "south"]).contains("no machine is chosen"));
     assert!(refusal(&["fleet", "deploy", path, "north"]).contains("no better model of it was found"));
@@ -58,15 +61,15 @@ fn what_cannot_be_asked_or_done_is_one_sentence() {
     let said = refusal(&["fleet", "share", path, "--with", path]);
     assert!(said.contains("expected nats://"), "{said}");
     let lonely = ["worker", path, "--bus", "hall1=slcan:127.0.0.1:1", "--keys", "none"];
-    assert!(refusal(&lonely).contains("none: is no folder of keys"));
-    assert!(refusal(&["fleet", "cancel", path, "abc"]).contains("no job abc waits or runs"));
-    assert!(refusal(&["worker", &plant.at("none.db")]).contains("is not there"));
-    plant.says(&["fleet", "diagnose", path, "--to", "2020-01-01T00:00Z"], "1 new jobs.");
-    plant.says(&["worker", path, "--once"], "1 jobs ended.");
+    assert!(refusal(&lonely).contains("none: not a folder of keys"));
+    assert!(refusal(&["fleet", "cancel", path, "abc"]).contains("job abc is neither waiting nor running"));
+    assert!(refusal(&["worker", &plant.at("none.db")]).contains("no such file"));
+    plant.says(&["fleet", "diagnose", path, "--to", "2020-01-01T00:00Z"], "1 new job.");
+    plant.says(&["worker", path, "--once"], "1 job done.");
     let jobs = plant.jobs();
     assert_eq!(
         (&jobs[0]["state"], &jobs[0]["answer"]),
-        (&"failed".into(), &"no reading in this time".into())
+        (&"failed".into(), &"no reading in this period".into())
     );
 }
 
@@ -83,7 +86,7 @@ mod slow {
         until("a job that runs", || plant.has_state("running"));
         first.kill();
         let was_running = plant.has_state("running");
-        plant.says(&["worker", plant.path(), "--once"], "jobs ended.");
+        plant.says(&["worker", plant.path(), "--once"], "jobs done.");
         let jobs = plant.jobs();
         let tries: u64 = jobs.iter().map(|job| job["tries"].as_u64().unwrap()).sum();
         assert_eq!(tries, 2 + u64::from(was_running));

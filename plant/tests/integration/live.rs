@@ -125,10 +125,10 @@ fn who_looks_sees_the_worst_first_and_is_told_of_a_change() {
     let told = lines.find(|line| line.starts_with("data:") && line.contains("flagged")).unwrap();
     assert!(told.contains("the residual rose above its level"), "{told}");
     assert_eq!(program.end().0, Some(0), "whoever still listens is not waited for");
-    assert!(refusal(&["serve", "none.db"]).contains("is not there"));
+    assert!(refusal(&["serve", "none.db"]).contains("no such file"));
     assert!(
         refusal(&["serve", path.to_str().unwrap(), "--listen", "192.0.2.1:1"])
-            .contains("cannot be listened at")
+            .contains("cannot be opened for listening")
     );
 }
 
@@ -151,8 +151,8 @@ fn posted(address: &str, path: &str, fields: &str) -> (String, String) {
 /// Two machines with 40 days of readings, of which the first was tracked and has raised its flag.
 fn flagged() -> Plant {
     let plant = Plant::of_days(1..3, 40);
-    plant.says(&["fleet", "track", plant.path(), "north/hall1/1"], "1 new jobs.");
-    plant.says(&["worker", plant.path(), "--once"], "1 jobs ended.");
+    plant.says(&["fleet", "track", plant.path(), "north/hall1/1"], "1 new job.");
+    plant.says(&["worker", plant.path(), "--once"], "1 job done.");
     let mut store = Store::open(Path::new(plant.path())).unwrap();
     let state = StateItem {
         state: "flagged".into(),
@@ -195,6 +195,7 @@ fn machine_page_shows_state_and_takes_acknowledgement() {
         "class=\"mark main\"",
         "40 days, 0 flags",
         "Last reading",
+        "<b>year</b>",
         "15X",
     ] {
         assert!(shown.contains(expected), "{expected} is not in {shown}");
@@ -213,7 +214,7 @@ fn machine_page_shows_state_and_takes_acknowledgement() {
         assert!(figures.contains(expected), "{expected} is not among the figures");
     }
     let (_, figures) = asked(&address, &format!("GET {page}/figures?hours=1"));
-    assert!(figures.contains("Nothing was recorded in this time."));
+    assert!(figures.contains("Nothing was recorded in this period."));
     let (head, report) = asked(&address, &format!("GET {page}/report/track"));
     assert!(head.contains("sandbox allow-scripts") && report.contains("<h1>"), "{head}");
     for missing in

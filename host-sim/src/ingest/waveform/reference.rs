@@ -140,7 +140,15 @@ fn rate_hz(waveform: &Waveform, settings: &Settings, samples_a_turn: Option<usiz
     let file = &waveform.file;
     let by_speed = samples_a_turn.zip(waveform.preamble.speed_rpm).map(|(n, rpm)| n as f64 * rpm / 60.0);
     let by_channel = || -> Result<Option<f64>> {
-        settings.time.as_ref().map(|name| of_channel(waveform, waveform.channel(name, "--time")?)).transpose()
+        let is_known = |name: &&String| {
+            waveform.time_header.as_ref().is_some_and(|own| own.eq_ignore_ascii_case(name.trim()))
+        };
+        settings
+            .time
+            .as_ref()
+            .filter(|name| !is_known(name))
+            .map(|name| of_channel(waveform, waveform.channel(name, "--time")?))
+            .transpose()
     };
     let by_file = match settings.rate_hz {
         Some(_) => None,

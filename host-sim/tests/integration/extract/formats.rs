@@ -85,6 +85,14 @@ fn headers_with_units_give_what_the_bare_csv_gives() {
     let (answer, readings) = run(&folder, &folder.write("units.csv", headed.as_bytes()), &DC);
     assert_eq!(answer["files"][0]["channels"][1], serde_json::json!({"probe": "15Y", "channel": "15Y [V]"}));
     assert_eq!(readings, known);
+    for name in ["Time (s)", "time (S)"] {
+        let file = folder.write("units.csv", headed.as_bytes());
+        assert_eq!(
+            run(&folder, &file, &[&DC[..], &["--time", name]].concat()).1,
+            known,
+            "the times by their name"
+        );
+    }
     let mixed = headed.replace("15Y [V]", "15Y [mV]");
     let says = refused(&folder, &folder.write("mixed.csv", mixed.as_bytes()), &DC);
     assert_says(&says, &["mixed.csv: channel 15Y [mV] is in mV, --unit is V, expected --unit"]);

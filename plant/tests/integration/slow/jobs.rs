@@ -41,8 +41,8 @@ fn server_jobs_are_done_once_through_kills() {
     let third = worker();
     until("every answer", || done() == 6);
     let alone = runup_of(1..2);
-    alone.says(&["fleet", "improve", alone.path()], "1 new jobs.");
-    alone.says(&["worker", alone.path(), "--once"], "1 jobs ended.");
+    alone.says(&["fleet", "improve", alone.path()], "1 new job.");
+    alone.says(&["worker", alone.path(), "--once"], "1 job done.");
     let expected = &alone.jobs()[0];
     for job in plant.jobs() {
         assert_eq!((&job["answer"], &job["model"]), (&expected["answer"], &expected["model"]), "to the bit");
@@ -64,7 +64,7 @@ fn cancelled_job_is_withdrawn_and_invalid_one_set_aside() {
     plant.says(&["fleet", "track", plant.path()], "2 new jobs.");
     until("both at the server", || plant.jobs().iter().all(|job| job["state"] == "running"));
     let id = plant.jobs()[0]["id"].as_str().unwrap().to_string();
-    plant.says(&["fleet", "cancel", plant.path(), &id], "1 cancelled.");
+    plant.says(&["fleet", "cancel", plant.path(), &id], "1 job cancelled.");
     let is_taken_back = || {
         let store = rusqlite::Connection::open(plant.path()).unwrap();
         let sql = "SELECT worker IS NULL FROM job WHERE state = 'cancelled'";
@@ -72,7 +72,7 @@ fn cancelled_job_is_withdrawn_and_invalid_one_set_aside() {
     };
     until("the job that is taken back", is_taken_back);
     let output = run(&["worker", &address, "--once"]);
-    assert_eq!(String::from_utf8_lossy(&output.stdout), "1 jobs ended.\n");
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "1 job done.\n");
     until("the other answer", || plant.has_state("done") || plant.has_state("failed"));
     assert_eq!(sharing.end().0, Some(0));
 }
@@ -81,16 +81,17 @@ fn cancelled_job_is_withdrawn_and_invalid_one_set_aside() {
 fn missing_effect_is_learned_and_better_model_deployed() {
     let bus = Bus::start();
     let plant = runup_of(1..3);
-    assert!(summary(&plant).contains("not asked yet"), "{}", summary(&plant));
+    assert!(summary(&plant).contains("not diagnosed yet"), "{}", summary(&plant));
     plant.says(&["fleet", "improve", plant.path()], "2 new jobs.");
-    plant.says(&["worker", plant.path(), "--once"], "2 jobs ended.");
+    plant.says(&["worker", plant.path(), "--once"], "2 jobs done.");
     let said = summary(&plant);
     assert!(
-        said.contains("missing: seal; with that adequate") && said.contains("2 better models wait."),
+        said.contains("missing: seal; the model with it is adequate")
+            && said.contains("2 better models to deploy."),
         "{said}"
     );
     assert!(
-        said.contains("cannot be told, 2 of 2 monitors") && said.contains("nothing was heard of it"),
+        said.contains("no usable data, 2 of 2 monitors") && said.contains("no message was received"),
         "{said}"
     );
 
@@ -104,25 +105,25 @@ fn missing_effect_is_learned_and_better_model_deployed() {
     // it ends with the test
     std::thread::spawn(|| rotor_edge(monitor));
 
-    plant.says(&["fleet", "deploy", plant.path(), "north/hall1/2"], "1 models to deploy.");
+    plant.says(&["fleet", "deploy", plant.path(), "north/hall1/2"], "1 model to deploy.");
     let deployments = || {
         let is_one = |job: &Value| job["command"] == "deploy";
         plant.jobs().into_iter().filter(is_one).collect::<Vec<_>>()
     };
-    plant.says(&["worker", plant.path(), "--once"], "0 jobs ended.");
+    plant.says(&["worker", plant.path(), "--once"], "0 jobs done.");
     assert_eq!(deployments()[0]["state"], "waiting", "who is at no bus has no key");
     let at_bus = format!("hall1={spec}");
     let worker = ["worker", plant.path(), "--plant", "north", "--bus", &at_bus, "--keys", &keys, "--once"];
-    plant.says(&worker, "1 jobs ended.");
+    plant.says(&worker, "1 job done.");
     assert_eq!(deployments()[0]["state"], "done", "{:?}", deployments());
     let held = std::fs::read(&state).unwrap();
     assert!(held.len() > 100, "the monitor keeps what it was sent");
     let said = summary(&plant);
-    assert!(said.contains("1 better models wait."), "the other one's still: {said}");
+    assert!(said.contains("1 better model to deploy."), "the other one's still: {said}");
 
     // no monitor 1 is on the bus, and nobody has its key
-    plant.says(&["fleet", "deploy", plant.path()], "1 models to deploy.");
-    plant.says(&worker, "1 jobs ended.");
+    plant.says(&["fleet", "deploy", plant.path()], "1 model to deploy.");
+    plant.says(&worker, "1 job done.");
     let failed = &deployments()[1];
     assert!(failed["state"] == "failed" && failed["answer"].as_str().unwrap().contains("1.key"), "{failed}");
     let kept = std::fs::read(plant.path()).unwrap();

@@ -237,8 +237,8 @@ fn stored_is_what_was_sent_through_kills_of_everything_between() {
         plant.answered() == usize::from(machines)
     });
     let alone = runup_of(1..2);
-    alone.says(&["fleet", "improve", alone.path()], "1 new jobs.");
-    alone.says(&["worker", alone.path(), "--once"], "1 jobs ended.");
+    alone.says(&["fleet", "improve", alone.path()], "1 new job.");
+    alone.says(&["worker", alone.path(), "--once"], "1 job done.");
     let expected = &alone.jobs()[0];
     for job in plant.machines.jobs() {
         assert_eq!((&job["answer"], &job["model"]), (&expected["answer"], &expected["model"]), "to the bit");

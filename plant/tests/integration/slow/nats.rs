@@ -135,7 +135,7 @@ fn lost_database_is_reopened_by_its_collection() {
         postgres.restart();
     }
     let (code, out, err) = collector.end();
-    assert_eq!((code, out.as_str()), (Some(0), "6 items stored, 0 messages set aside.\n"), "{err}");
+    assert_eq!((code, out.as_str()), (Some(0), "6 items stored, 0 invalid messages set aside.\n"), "{err}");
     assert_eq!(err.matches("takes items again").count(), err.matches("takes nothing").count(), "{err}");
     assert_eq!(gateway.end().0, Some(0));
 }
@@ -159,7 +159,7 @@ fn what_is_no_item_is_set_aside_and_told_and_the_rest_is_stored() {
     let collector = collect(&nats, &path);
     until("the reading", || rows(&path, "result") == 1);
     let (code, out, err) = collector.end();
-    assert_eq!((code, out.as_str()), (Some(0), "2 items stored, 2 messages set aside.\n"), "{err}");
+    assert_eq!((code, out.as_str()), (Some(0), "2 items stored, 2 invalid messages set aside.\n"), "{err}");
     assert!(
         err.contains("set aside: a message that is no item") && err.contains("an item of version 7"),
         "{err}"
@@ -194,7 +194,7 @@ fn server_retention_is_applied_and_stays() {
     runs(&["collect", "--from", &address, "--store", &store, "--keep-days", "3"], 3.0);
     runs(&["gateway", "--bus", &spec, "--to", &address], 3.0);
     let said = refusal(&["gateway", "--bus", &spec, "--to", &store, "--keep-days", "3"]);
-    assert!(said.contains("--keep-days is for a NATS server"), "{said}");
+    assert!(said.contains("--keep-days applies to NATS servers only"), "{said}");
     let short = crate::common::run(&["gateway", "--bus", &spec, "--to", &address, "--keep-days", "0.01"]);
     assert!(String::from_utf8_lossy(&short.stderr).contains("expected days, at least 0.05"));
 }
