@@ -22,7 +22,7 @@ pub struct Arguments {
     /// Running speed or range, rpm, as in 3600 or 3000..3600 (0 is at rest); separation margins refer to it
     #[arg(long, value_parser = speeds)]
     rpm: Option<[f64; 2]>,
-    /// Respond to the unbalance that the planes of the rotor file state, instead of twice the permitted one
+    /// Use the unbalance stated in the rotor file instead of twice the permissible one
     #[arg(long)]
     own_unbalance: bool,
     #[command(flatten)]

@@ -19,7 +19,7 @@ pub struct Arguments {
     /// The run that the others are compared with [default: the one without weights]
     #[arg(long)]
     base: Option<String>,
-    /// Never use a run's own stated weights for it, nor to say whether they are true
+    /// Estimate each run, and check its stated weights, without using those weights
     #[arg(long)]
     leave_one_out: bool,
     /// Take all stated weights as true

@@ -25,7 +25,7 @@ use crate::terminal;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// A track, as `track --csv` writes it
+    /// A track, written by `track --csv`
     track: PathBuf,
     /// Forecast model; naive and drift are printed beside it, and state if the track holds one [default: state if the
     /// track holds one, else arima]
@@ -34,25 +34,25 @@ pub struct Arguments {
     /// Order p,d,q of arima; the best by Akaike's criterion if absent
     #[arg(long, value_parser = order)]
     order: Option<Order>,
-    /// Days ahead at which forecasts of the past are scored
+    /// Horizons at which past forecasts are scored, days
     #[arg(long, value_delimiter = ',', default_values_t = [1, 7, 30, 60])]
     horizons: Vec<usize>,
-    /// Days after which the first forecast of the past is made
+    /// Days of data before the first past forecast
     #[arg(long, default_value_t = 90)]
     first: usize,
-    /// Days that are forecast from the last one
+    /// Length of the forecast, days
     #[arg(long, default_value_t = 60)]
     days: usize,
-    /// Static unbalance that calls for action, g·mm
+    /// Largest permissible static unbalance, g·mm
     #[arg(long, conflicts_with = "grade")]
     limit: Option<f64>,
     /// Limit as a balance quality grade of ISO 21940-11, mm/s; needs --rotor and --rpm
     #[arg(long, requires = "rotor", requires = "rpm")]
     grade: Option<f64>,
-    /// The rotor whose mass the grade is for, rotor.toml
+    /// The rotor whose mass the grade refers to, rotor.toml
     #[arg(long)]
     rotor: Option<PathBuf>,
-    /// The speed that the grade is for, rpm
+    /// The speed that the grade refers to, rpm
     #[arg(long)]
     rpm: Option<f64>,
     /// Seed of the random numbers

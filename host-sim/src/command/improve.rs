@@ -31,7 +31,7 @@ pub struct Arguments {
     /// used = false: no command uses its readings, and the controller masks it
     #[arg(long, value_name = "PROBE")]
     without: Vec<String>,
-    /// Write the model as well where what is missing is unknown: as far as it goes
+    /// Write the model even if the missing effect is unknown
     #[arg(long)]
     even_so: bool,
     #[command(flatten)]
@@ -125,7 +125,8 @@ fn next(arguments: &Arguments, outcome: &ImprovementOutcome) -> (String, String)
     }
 }
 
-/// What a diagnosis says of the model as it was and with every step; of those between, which `improve` does not need, it is made here.
+/// What a diagnosis says of the model as it was and with every step; of those between, which `improve` does not need, it is
+/// made here.
 fn stages(outcome: &ImprovementOutcome, readings: &[Reading]) -> Result<Vec<Stage>> {
     let [before, after] = Stage::ends(outcome);
     let Some((_, between)) = outcome.steps.split_last() else { return Ok(vec![before]) };

@@ -10,7 +10,7 @@ use crate::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Where to write it; an old key is never overwritten
+    /// File for the key; an existing key is never overwritten
     #[arg(short, long)]
     output: PathBuf,
 }

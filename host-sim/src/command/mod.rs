@@ -69,7 +69,7 @@ pub use usage::shown;
 pub struct Cli {
     #[command(subcommand)]
     command: Option<CliCommand>,
-    /// Overwrite a file that is read as well; with import and extract, any that exists
+    /// Overwrite input files as well; with import and extract, any existing file
     #[arg(long, global = true)]
     force: bool,
 }

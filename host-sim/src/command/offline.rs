@@ -13,9 +13,10 @@ use super::{plan, simulate, startup, track};
 
 #[derive(Debug, Subcommand)]
 pub enum OfflineCommand {
-    /// Look a machine over by its drawing alone: loads, critical speeds, modes, unbalance response, doubtful numbers
+    /// Check a machine from its drawing alone: loads, critical speeds, modes, unbalance response, implausible values
     Check(check::Arguments),
-    /// Say before a measurement what it could show: effects, their smallest sizes, the unbalance, and what helps most
+    /// Predict what a measurement could show: detectable effects and sizes, accuracy of the unbalance, and the best further
+    /// measurement
     Plan(plan::Arguments),
     /// Convert exports of other systems (CSV, TSV, xlsx, xls, ods) to measurements, and show the meaning of each
     /// column
@@ -42,7 +43,7 @@ pub enum OfflineCommand {
     Track(Box<track::Arguments>),
     /// Forecast the unbalance of a track
     Forecast(forecast::Arguments),
-    /// Evaluate the start-up of a single-disk rotor: the simple model, its errors, and the effects that remove them
+    /// Evaluate the start-up of a single-disk rotor: a simple model, its errors, and the effects that remove them
     Startup(startup::Arguments),
     /// Compute correction weights, from the identified model and from trial runs alone
     Balance(Box<balance::Arguments>),

@@ -26,7 +26,7 @@ pub struct Form {
     /// Print one JSON object instead of text
     #[arg(long)]
     pub json: bool,
-    /// Write the figures as one HTML page that needs no network
+    /// Write a report with figures: one HTML page that works offline
     #[arg(long)]
     pub report: Option<PathBuf>,
 }

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// runs of the rotor's file]
     #[arg(long, value_name = "FILE")]
     runs: Option<PathBuf>,
-    /// Unbalance that the machine is taken with, g·mm and degrees: of all planes, or by plane as in A=300@45,B=200@120
+    /// Assumed unbalance, g·mm and degrees: of all planes, or by plane as in A=300@45,B=200@120
     /// [default: that of the rotor's file, else what its balance grade permits]
     #[arg(long, value_name = "[PLANE=]X[@DEG]", value_delimiter = ',', value_parser = unbalance)]
     unbalance: Vec<(Option<String>, f64, f64)>,

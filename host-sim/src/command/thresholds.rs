@@ -19,7 +19,7 @@ pub struct Arguments {
     /// Sets a threshold, such as persistence_s=30 or gap_range_v=-16,-4; may be given several times
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<Setting>,
-    /// Begins from the defaults instead of what the monitor has
+    /// Start from the defaults instead of the present thresholds
     #[arg(long)]
     defaults: bool,
     /// Print one JSON object instead of text

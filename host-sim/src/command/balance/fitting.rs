@@ -13,10 +13,10 @@ const MOST_HOLES: u64 = 120;
 /// Options of both ways to balance.
 #[derive(Debug, Args)]
 pub struct Fitting {
-    /// Radii at which weights can sit, mm [default: the unbalance alone is given]
+    /// Radii of the weights, mm [default: only the unbalance is given]
     #[arg(long, value_delimiter = ',')]
     radii_mm: Vec<f64>,
-    /// Weights come in multiples of this, g
+    /// Weights are multiples of this, g
     #[arg(long, requires = "radii_mm")]
     step_g: Option<f64>,
     /// Minimise the largest vibration instead of the sum of squares
@@ -37,7 +37,7 @@ pub struct Fitting {
         allow_negative_numbers = true
     )]
     first_hole_deg: f64,
-    /// Most holes that one plane's weight is split over
+    /// Largest number of holes for the weight of one plane
     #[arg(long, value_name = "N", default_value_t = 2, requires = "holes", value_parser = clap::value_parser!(u64).range(1..=MOST as u64))]
     split: u64,
     /// Occupied holes: of all planes, or by plane as in A=3,A=4,B=7

@@ -24,7 +24,7 @@ use crate::terminal;
 /// What the command line asks of the command.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The rotor, best as `improve` or `startup` wrote it, rotor.toml
+    /// The rotor, rotor.toml, preferably written by `improve` or `startup`
     #[arg(required_unless_present = "trial_only")]
     rotor: Option<PathBuf>,
     /// Runs of this rotor with trial weights, measured.csv
@@ -38,10 +38,10 @@ pub struct Arguments {
     /// Speeds at which vibration is minimised, rpm, as in 600..4200 [default: all measured speeds]
     #[arg(long, value_parser = range)]
     range: Option<[f64; 2]>,
-    /// Speeds of runs that differ by no more than this, relative, are one
+    /// Relative difference up to which speeds of two runs count as equal
     #[arg(long, value_name = "RELATIVE", default_value_t = SAME_SPEED)]
     same_speed: f64,
-    /// Trial runs at unlike speeds, as run-ups, are interpolated to the speeds of the one with the fewest
+    /// Interpolate trial runs at different speeds, such as run-ups, to the speeds of the run with the fewest
     #[arg(long, conflicts_with = "coefficients")]
     interpolate: bool,
     /// Speed at which the balance grade is stated, rpm [default: the fastest that was measured]

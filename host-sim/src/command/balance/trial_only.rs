@@ -19,19 +19,21 @@ use crate::terminal;
 /// What the command line asks where there is no rotor's file.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Without a rotor's file: runs with trial weights, measured.csv, amplitudes in any one unit (<probe>_cos_<unit>); or a table of amplitudes without phase
+    /// Without a rotor's file: runs with trial weights, measured.csv, amplitudes in any one unit (<probe>_cos_<unit>); or a
+    /// table of amplitudes without phase
     #[arg(long, value_name = "DATA", conflicts_with_all = ["rotor", "data"])]
     trial_only: Option<PathBuf>,
-    /// Weights of each run: run,plane,magnitude_g_mm,angle_deg, or magnitude_oz_in, magnitude_g and the like; a run without any is the base
+    /// Weights of each run: run,plane,magnitude_g_mm,angle_deg, or magnitude_oz_in, magnitude_g and the like; a run without any
+    /// is the base
     #[arg(long, value_name = "FILE", requires = "trial_only", conflicts_with = "coefficients")]
     weights: Option<PathBuf>,
     /// Influence coefficients of the machine from earlier runs: one run is then enough
     #[arg(long, value_name = "FILE", requires = "trial_only")]
     coefficients: Option<PathBuf>,
-    /// Keep the influence coefficients of these runs for the next time
+    /// Write the influence coefficients of these runs for later use
     #[arg(long, value_name = "FILE", requires = "weights")]
     write_coefficients: Option<PathBuf>,
-    /// Trim: the weights to add to what this run has, by its vibration [default: to the machine without trial weights]
+    /// Trim balance: weights to add to those of this run, from its vibration [default: to the machine without trial weights]
     #[arg(long, value_name = "RUN", requires = "weights")]
     onto: Option<String>,
     /// Standard deviation of a reading's components, relative to it [default: from repeats]

@@ -21,7 +21,7 @@ use crate::say;
 
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The better model, rotor.toml as `identify`, `add` or `improve` wrote it
+    /// The better model, rotor.toml, written by `identify`, `add` or `improve`
     rotor: PathBuf,
     #[command(flatten)]
     monitor: CommandTarget,

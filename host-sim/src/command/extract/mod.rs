@@ -31,7 +31,7 @@ pub struct Arguments {
     /// Where to write the readings
     #[arg(short, long, default_value = "measured.csv")]
     output: PathBuf,
-    /// Write the vectors at twice the running speed too, in a file of the same columns
+    /// Write the 2x vectors too, to a file with the same columns
     #[arg(long, value_name = "FILE")]
     two_x: Option<PathBuf>,
     /// Take the probes of this rotor, and their names

@@ -43,7 +43,7 @@ impl Args for Effects {
             .long(WITH)
             .value_name("EFFECT[@PLACE]")
             .action(ArgAction::Append)
-            .help("An effect that the machine has and its file does not, as in seal@\"disk 3\"; its parameters follow with --set");
+            .help("Add an effect that the rotor file does not have, as in seal@\"disk 3\"; set its parameters with --set");
         let set = Arg::new(SET)
             .long(SET)
             .value_name("NAME=VALUE")

@@ -34,8 +34,8 @@ pub struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     effects: Effects,
-    /// Speeds of every run, rpm, as in 600..6000:40 or 3000,3600 [default: 40 up to the fastest rated speed, else past the second
-    /// critical speed]
+    /// Speeds of every run, rpm, as in 600..6000:40 or 3000,3600 [default: 40 up to the fastest rated speed, else past
+    /// the second critical speed]
     #[arg(long, value_name = "A..B:N", value_parser = notation::speeds)]
     speeds: Option<Speeds>,
     /// A run with a trial weight, g·mm and degrees, beside the runs of the rotor's file; repeat it for more weights and runs
@@ -48,8 +48,8 @@ pub struct Arguments {
     /// permits, G 6.3 if none is stated, at an angle by the seed]
     #[arg(long, value_name = "PLANE=SIZE@ANGLE", value_parser = notation::unbalance)]
     unbalance: Vec<(String, Complex<f64>)>,
-    /// Standard deviation of each component: a part of the amplitude, and µm 0-pk [default: as the rotor's file states it, else 2 %,
-    /// and 2 % of the median amplitude]
+    /// Standard deviation of each component: a part of the amplitude, and µm 0-pk [default: as the rotor's file states it,
+    /// else 2 %, and 2 % of the median amplitude]
     #[arg(long, value_name = "RELATIVE,FLOOR_UM", value_parser = notation::noise)]
     noise: Option<Noise>,
     /// Seed of the noise and of angles that are not stated
@@ -58,13 +58,13 @@ pub struct Arguments {
     /// Simulate a machine that differs from its drawing, at random within [tolerance] or the usual tolerances
     #[arg(long, value_name = "SEED")]
     drawing_error: Option<u64>,
-    /// Hide an effect of random kind, place and size, and tell it in the truth alone
+    /// Add an effect of random kind, place and size, which only --truth reveals
     #[arg(long, value_name = "SEED")]
     hide: Option<u64>,
-    /// Where to write what the machine has in truth, JSON
+    /// Write the true effects and unbalance as JSON
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
-    /// Where to write the rotor's file with the runs of --weight and --weights, to read the data with
+    /// Write the rotor file with the runs of --weight and --weights, for use with the data
     #[arg(long, value_name = "FILE")]
     write_rotor: Option<PathBuf>,
     #[command(flatten)]

@@ -66,8 +66,8 @@ pub struct Arguments {
     /// With --method joint, re-estimate every Nth reading using only data up to that day
     #[arg(long, value_name = "EVERY")]
     as_known_then: Option<NonZeroUsize>,
-    /// With --method joint, days or dates between which the machine stood; bearings and unbalance are new after them. May be
-    /// given several times
+    /// With --method joint, a period without operation, days or dates; bearings and unbalance may be new after it. May be given
+    /// several times
     #[arg(long, value_name = "FROM..TO", value_parser = outage)]
     outage: Vec<OutageEnds>,
     /// Seed of the random numbers

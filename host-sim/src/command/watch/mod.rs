@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Write every frame to a candump log (see `decode`)
     #[arg(long, value_name = "FILE.log")]
     record: Option<PathBuf>,
-    /// Draw nothing; print one JSON object with everything heard at the end
+    /// Print one JSON object with everything received at the end, and no display
     #[arg(long)]
     json: bool,
     /// Listen for so many seconds; until it is told to stop if absent

@@ -19,7 +19,7 @@ pub struct Settings {
     /// Sampling rate, Hz, if the file does not state it
     #[arg(long)]
     pub rate_hz: Option<f64>,
-    /// The channel of the times, by name or number, in s unless its name says another unit, where no name tells it
+    /// Channel with the times, by name or number; in s unless its name states another unit [default: recognised by its name]
     #[arg(long, value_name = "CHANNEL")]
     pub time: Option<String>,
     /// Unit of the probes' channels; accelerations and velocities are integrated at 1x [default: as the file states, else V]
@@ -56,7 +56,7 @@ pub struct Settings {
     /// Correct the vectors for the change of speed, to first order, to a constant speed in the middle of each bin
     #[arg(long, requires = "bin_rpm")]
     pub compensate_rate: bool,
-    /// Name of the run, once for each file; without it, several files are called as they are
+    /// Name of the run, one for each file [default: of several files, their names]
     #[arg(long)]
     pub run: Vec<String>,
 }
@@ -74,7 +74,7 @@ pub struct KeyphasorSettings {
     /// Distance from the threshold that re-arms the keyphasor [default: a fifth of its range]
     #[arg(long)]
     pub hysteresis: Option<f64>,
-    /// The mark is where the channel falls, as the voltage of a proximity probe does over a notch [default: where it rises]
+    /// The mark is the falling edge, as of a proximity probe over a notch [default: the rising edge]
     #[arg(long)]
     pub falling: bool,
     /// Samples in a turn, where these follow the shaft's angle from the mark on and there is no keyphasor
