@@ -1,7 +1,7 @@
 //! Files that are written whole or not at all, and that are on the disk once that is said.
 
 use std::fs::{File, Permissions};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use crate::error::Error;
@@ -17,8 +17,16 @@ const USUAL_MODE: u32 = 0o666;
 /// # Errors
 /// As [`check_target`], and if the disk takes it not.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write_with(path, |file| file.write_all(bytes))
+}
+
+/// The same, of what `put` writes piece by piece.
+///
+/// # Errors
+/// As [`write`], and those of `put`.
+pub fn write_with(path: &Path, put: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> Result<(), Error> {
     check_target(path)?;
-    replace(path, bytes)
+    replace(path, put)
         .map_err(|e| Error::file(&path.display().to_string(), format!("cannot be written ({e})")))
 }
 
@@ -67,7 +75,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+fn replace(path: &Path, put: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> io::Result<()> {
     let folder = folder_of(path);
     let mut builder = tempfile::Builder::new();
     builder.prefix(".rotor-edge-").suffix(".partial");
@@ -80,7 +88,7 @@ fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     if let Some(permissions) = before {
         file.as_file().set_permissions(permissions)?;
     }
-    file.write_all(bytes)?;
+    put(&mut file)?;
     file.as_file().sync_all()?;
     file.persist(path)?;
     // where folders can be opened, a rename is on the disk when they are flushed

@@ -42,7 +42,7 @@ pub use slow_roll::{SlowRoll, less_runout, runout_m};
 pub use table::{LARGEST_UM, LOWEST_GAP_V, ProbeRecord};
 use table::{UnlistedRuns, rows};
 pub(crate) use table::{ragged, text_of};
-pub use writing::{write, write_exactly, write_probes, write_with_conditions};
+pub use writing::{ReadingColumns, ReadingLines, write, write_exactly, write_probes, write_with_conditions};
 
 /// Reads a measurement of this rotor, less the slow roll that its file states.
 ///

@@ -165,7 +165,7 @@ pub fn run(arguments: &Arguments, forced: bool) -> Result<Json> {
         terminal::print(&render::imported::text(&answer));
     }
     if written {
-        output::file(&arguments.output, &imported.measured(&arguments.files, &mapping)?)?;
+        imported.write(&arguments.output, &arguments.files, &mapping)?;
         if let Some(path) = &arguments.write_mapping {
             output::file(path, imported.whole(&mapping).to_toml()?.as_bytes())?;
         }

@@ -118,11 +118,11 @@ pub fn epoch_unit(value: f64) -> Option<TimeUnit> {
     TimeUnit::EPOCHS.into_iter().find(|unit| EPOCH_S.contains(&(value * unit.seconds())))
 }
 
-/// The moment that a number is; nothing if the number alone does not say.
-pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: bool) -> Option<Moment> {
+/// The moment that a number is; nothing if the number alone does not say, nor `is_date` that it is one of a spreadsheet.
+pub fn of_number(value: f64, unit: Option<TimeUnit>, is_date: impl Fn() -> bool) -> Option<Moment> {
     let by_size = epoch_unit(value);
     let unit = match unit {
-        None => by_size.or((is_date && EXCEL_D.contains(&value)).then_some(TimeUnit::Excel))?,
+        None => by_size.or((EXCEL_D.contains(&value) && is_date()).then_some(TimeUnit::Excel))?,
         // "unix" alone says no unit
         Some(stated) if stated.is_epoch() => by_size.unwrap_or(stated),
         // "ms" of an epoch is the epoch's
@@ -357,9 +357,9 @@ mod tests {
             let ParsedMoment::Moment(moment) = of_text(text, None) else { panic!("{text}") };
             assert_eq!(moment.calendar().unwrap(), "2024-03-05T14:30:15Z", "{text}");
         }
-        let serial = of_number(45_356.604_340_277_78, Some(TimeUnit::Excel), false).unwrap();
+        let serial = of_number(45_356.604_340_277_78, Some(TimeUnit::Excel), || false).unwrap();
         assert_eq!(serial.calendar().unwrap(), "2024-03-05T14:30:15 local time");
-        assert_eq!(of_number(45356.6, None, false), None, "elapsed seconds, or a date");
+        assert_eq!(of_number(45356.6, None, || false), None, "elapsed seconds, or a date");
     }
 
     #[test]
@@ -369,16 +369,16 @@ mod tests {
         for ((epoch, elapsed), times) in TimeUnit::EPOCHS.into_iter().zip(elapsed).zip([1.0, 1e3, 1e6, 1e9]) {
             let number = 1_709_649_015.0 * times;
             for unit in [None, Some(epoch), Some(TimeUnit::EpochSeconds), Some(elapsed)] {
-                let moment = of_number(number, unit, false).unwrap();
+                let moment = of_number(number, unit, || false).unwrap();
                 assert_eq!(moment.calendar().unwrap(), "2024-03-05T14:30:15Z", "{number} {unit:?}");
             }
-            let twenty_years = of_number(6.3e8 * times, Some(elapsed), false).unwrap();
+            let twenty_years = of_number(6.3e8 * times, Some(elapsed), || false).unwrap();
             assert_eq!(twenty_years, Moment::Elapsed(6.3e8 * times / elapsed.per_day()), "{elapsed:?}");
         }
-        let early = of_number(1e6, Some(TimeUnit::EpochSeconds), false).unwrap();
+        let early = of_number(1e6, Some(TimeUnit::EpochSeconds), || false).unwrap();
         assert_eq!(early.calendar().unwrap(), "1970-01-12T13:46:40Z");
         for (number, unit) in [(5e16, None), (5e20, None), (1e13, Some(TimeUnit::Hours)), (f64::NAN, None)] {
-            assert_eq!(of_number(number, unit, false), None, "{number} {unit:?}");
+            assert_eq!(of_number(number, unit, || false), None, "{number} {unit:?}");
         }
     }
 

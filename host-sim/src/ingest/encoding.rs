@@ -7,12 +7,19 @@ const LOOKED_AT: usize = 2000;
 
 /// The text of a file: by its byte order mark, as UTF-16 if every other byte is zero, as UTF-8 if it is valid,
 /// else as Windows-1252. Nothing if it is not text.
-pub fn decoded(bytes: &[u8]) -> Option<String> {
-    let (encoding, mark) = Encoding::for_bom(bytes).unwrap_or_else(|| (without_mark(bytes), 0));
-    let (text, damaged) = encoding.decode_without_bom_handling(&bytes[mark..]);
+pub fn decoded(mut bytes: Vec<u8>) -> Option<String> {
+    let (encoding, mark) = Encoding::for_bom(&bytes).unwrap_or_else(|| (without_mark(&bytes), 0));
+    let text = if encoding == UTF_8 {
+        // of a long file a copy would be as long
+        bytes.drain(..mark);
+        String::from_utf8(bytes).ok()?
+    } else {
+        let (text, damaged) = encoding.decode_without_bom_handling(&bytes[mark..]);
+        let lost = damaged && encoding != WINDOWS_1252;
+        (!lost).then(|| text.into_owned())?
+    };
     let control = |c: char| c.is_control() && !matches!(c, '\t' | '\r' | '\n' | '\u{c}' | '\u{1a}');
-    let lost = damaged && encoding != WINDOWS_1252;
-    (!lost && !text.chars().take(LOOKED_AT).any(control)).then(|| text.into_owned())
+    (!text.chars().take(LOOKED_AT).any(control)).then_some(text)
 }
 
 fn without_mark(bytes: &[u8]) -> &'static Encoding {
@@ -47,8 +54,8 @@ mod tests {
             files.extend([utf_16(text, mark, u16::to_le_bytes), utf_16(text, mark, u16::to_be_bytes)]);
         }
         for bytes in files {
-            assert_eq!(decoded(&bytes).as_deref(), Some(text), "{bytes:?}");
+            assert_eq!(decoded(bytes.clone()).as_deref(), Some(text), "{bytes:?}");
         }
-        assert_eq!(decoded(b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR"), None);
+        assert_eq!(decoded(b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR".to_vec()), None);
     }
 }

@@ -53,6 +53,11 @@ const LOST: [&str; 28] = [
     "inf",
 ];
 
+/// Digits of whole numbers that a double holds exactly, whatever they are.
+const EXACT_DIGITS: usize = 15;
+const POWERS_OF_TEN: [f64; EXACT_DIGITS + 1] =
+    [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
+
 /// Whether a cell says that there is no value.
 pub fn is_lost(text: &str) -> bool {
     // most cells are numbers
@@ -100,13 +105,50 @@ pub fn number(text: &str, decimal: Decimal) -> Option<(f64, &str)> {
     Some((value, unit.trim()))
 }
 
-/// A number of digits and at most one point that stands before decimals, as most are.
-fn plain(text: &str, decimal: Decimal) -> Option<f64> {
-    let points = text.bytes().filter(|b| *b == b'.').count();
-    let is_plain =
-        text.bytes().enumerate().all(|(i, b)| matches!(b, b'0'..=b'9' | b'.') || (b == b'-' && i == 0));
-    let is_decimal = points == 0 || (points == 1 && decimal == Decimal::Point);
-    if is_plain && is_decimal { text.parse().ok().filter(|value: &f64| value.is_finite()) } else { None }
+/// A number of digits and at most one point, as most are.
+struct PlainNumber {
+    sign: f64,
+    /// Of all digits, the point left out; modulo 2⁶⁴.
+    whole: u64,
+    digits: usize,
+    /// Digits behind the point, if there is one.
+    decimals: Option<usize>,
+}
+
+impl PlainNumber {
+    #[inline]
+    fn of(text: &str) -> Option<Self> {
+        let (sign, digits) = match text.as_bytes() {
+            [b'-', digits @ ..] => (-1.0, digits),
+            digits => (1.0, digits),
+        };
+        let mut point = None;
+        let mut whole: u64 = 0;
+        for (i, b) in digits.iter().enumerate() {
+            match b {
+                b'0'..=b'9' => whole = whole.wrapping_mul(10).wrapping_add(u64::from(b - b'0')),
+                b'.' if point.is_none() => point = Some(i),
+                _ => return None,
+            }
+        }
+        let decimals = point.map(|at| digits.len() - 1 - at);
+        let digits = digits.len() - usize::from(point.is_some());
+        (digits > 0).then_some(Self { sign, whole, digits, decimals })
+    }
+}
+
+/// A number of digits and at most one point that stands before decimals.
+#[inline]
+pub fn plain(text: &str, decimal: Decimal) -> Option<f64> {
+    let PlainNumber { sign, whole, digits, decimals } = PlainNumber::of(text)?;
+    if decimals.is_some() && decimal == Decimal::Comma {
+        return None;
+    }
+    // the quotient of two whole numbers that doubles hold exactly is the nearest double
+    if digits <= EXACT_DIGITS {
+        return Some(sign * (whole as i64 as f64 / POWERS_OF_TEN[decimals.unwrap_or(0)]));
+    }
+    text.parse().ok().filter(|value: &f64| value.is_finite())
 }
 
 /// A finite number without a unit, where a point may stand before the decimals in both customs.
@@ -135,13 +177,18 @@ pub struct DecimalMarks {
 
 impl DecimalMarks {
     pub fn add(&mut self, cell: &str) {
-        if !cell.starts_with(|c: char| c.is_ascii_digit() || "+-−.,".contains(c)) {
+        let begins = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '−' | '.' | ',');
+        if !cell.starts_with(begins) {
             return;
         }
-        // most numbers have a point that stands before other than three decimals
-        let fraction = cell.split_once('.').map(|(_, fraction)| fraction);
-        if fraction.is_none_or(|f| f.len() != 3) && plain(cell, Decimal::Point).is_some() {
-            self.point |= fraction.is_some();
+        // most numbers have a point, and nothing else
+        if let Some(PlainNumber { digits, decimals, .. }) = PlainNumber::of(cell) {
+            let Some(decimals) = decimals else { return };
+            let before = digits - decimals;
+            let is_zero = || cell.trim_start_matches('-').starts_with("0.");
+            let may_be_thousands = decimals == 3 && (1..=3).contains(&before) && !is_zero();
+            let shown = if may_be_thousands { &mut self.either } else { &mut self.point };
+            *shown = true;
             return;
         }
         let is = |decimal: Decimal| {
@@ -155,6 +202,15 @@ impl DecimalMarks {
             (false, true) => self.comma = true,
             (true, true) if marks('.') + marks(',') > 0 => self.either = true,
             _ => (),
+        }
+    }
+
+    /// What cells show that were seen here or there.
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            point: self.point || other.point,
+            comma: self.comma || other.comma,
+            either: self.either || other.either,
         }
     }
 

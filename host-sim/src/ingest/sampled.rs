@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use csv::ByteRecord;
 use rotor_edge_desktop::units::SECONDS_A_DAY;
 
 use super::calendar::{DateOrder, Moment, ParsedMoment, of_text as moment_of_text};
@@ -107,9 +106,9 @@ fn of_text(text: &Text) -> Result<Waveform> {
     if found.is_none() {
         table.columns.iter_mut().for_each(|column| column.is_read = true);
     }
-    text.each(separator, |row, record| {
-        if row > table.above {
-            table.push_text(row, record)?;
+    text.each(separator, &mut |row| {
+        if row.number > table.above {
+            table.push_text(row)?;
         }
         Ok(ControlFlow::Continue(()))
     })?;
@@ -190,22 +189,15 @@ impl<'a> SampledTable<'a> {
         Self { place, decimal, above, columns, preamble: SamplingPreamble::of(&first[..at]) }
     }
 
-    fn push_text(&mut self, row: usize, record: &ByteRecord) -> Result<()> {
+    fn push_text(&mut self, row: &SheetRow) -> Result<()> {
         let width = self.columns.last().map_or(0, |column| column.header.index + 1);
-        let beyond = record.iter().skip(width).any(|cell| !cell.is_empty());
+        let beyond = row.cells.iter().skip(width).any(|cell| !cell.is_empty());
         let last_read = self.columns.iter().rfind(|c| c.is_read).map_or(0, |c| c.header.index + 1);
-        if beyond || record.len() < last_read {
-            bail!("{}: row {row} has {} cells, the header has {width}", self.place, record.len());
+        if beyond || row.cells.len() < last_read {
+            let SheetRow { number, cells } = row;
+            bail!("{}: row {number} has {} cells, the header has {width}", self.place, cells.len());
         }
-        for column in 0..self.columns.len() {
-            let cell = record.get(self.columns[column].header.index).unwrap_or_default();
-            let text = std::str::from_utf8(cell).unwrap_or_default();
-            match sample(text, self.decimal) {
-                Some(value) => self.columns[column].values.push(value),
-                None => self.push(column, row, &Cell::text(text))?,
-            }
-        }
-        Ok(())
+        self.push_row(row)
     }
 
     fn push_row(&mut self, row: &SheetRow) -> Result<()> {

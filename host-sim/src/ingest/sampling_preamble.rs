@@ -166,7 +166,7 @@ fn move_stated(rows: &mut Vec<SheetRow>) {
         }
     }
     if let Some(value) = increment {
-        rows.insert(0, SheetRow { number, cells: vec![Cell::text("increment"), Cell::text(&value)] });
+        rows.insert(0, SheetRow { number, cells: vec![Cell::text("increment"), Cell::copied(&value)] });
     }
 }
 
@@ -189,7 +189,7 @@ pub fn move_beside(rows: &mut Vec<SheetRow>, is_value: impl Fn(&Cell) -> bool) {
     let name = |at: usize| match at.checked_sub(begins) {
         None => Cell::Empty,
         Some(0) => Cell::text("TIME"),
-        Some(channel) => Cell::Text(format!("CH{channel}")),
+        Some(channel) => Cell::Text(format!("CH{channel}").into()),
     };
     above.push(SheetRow { number: 0, cells: (0..width).map(name).collect() });
     rows.splice(0..0, above);
@@ -202,7 +202,8 @@ mod tests {
     #[test]
     fn lines_of_several_systems_are_understood() {
         let of = |lines: &[&str]| {
-            let row = |line: &&str| SheetRow { number: 1, cells: line.split(',').map(Cell::text).collect() };
+            let row =
+                |line: &&str| SheetRow { number: 1, cells: line.split(',').map(Cell::copied).collect() };
             SamplingPreamble::of(&lines.iter().map(row).collect::<Vec<_>>())
         };
         for (line, rate_hz) in [

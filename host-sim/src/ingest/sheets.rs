@@ -19,7 +19,7 @@ pub struct Sheet {
     /// What stands between its cells, in a text.
     pub separator: Option<char>,
     /// All rows; of a text those in which the header may stand.
-    pub rows: Vec<SheetRow>,
+    pub rows: Vec<SheetRow<'static>>,
     /// The text with all rows.
     pub text: Option<Text>,
 }
@@ -40,7 +40,7 @@ impl Sheet {
             rows.iter().map(|row| (score(row), row.cells.len())).max().unwrap_or_default()
         };
         let separator = text.separator(SEPARATORS, columns);
-        let rows = text.first_rows(separator);
+        let rows = text.first_rows(separator).into_iter().map(SheetRow::into_owned).collect();
         Ok(Self { file: text.file.clone(), name: None, separator: Some(separator), rows, text: Some(text) })
     }
 }
@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn rows_keep_numbers_over_blanks_and_header_sets_separator() {
         let csv = "Machine: K-101, train A, unit 3\r\n\r\n\r\nSpeed;16X 1X Amp;16X 1X Phase\r\n\r\n100,5;2,5;30\r\n";
-        let text = Text::of("a.csv", csv.as_bytes()).unwrap();
+        let text = Text::of("a.csv", csv.as_bytes().to_vec()).unwrap();
         let sheet = Sheet::of_text(text, table::score).unwrap();
         assert_eq!(sheet.separator, Some(';'));
         let numbers: Vec<usize> = sheet.rows.iter().map(|r| r.number).collect();

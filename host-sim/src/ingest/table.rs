@@ -4,9 +4,10 @@ use std::collections::HashSet;
 use std::ops::ControlFlow;
 
 use anyhow::Result;
+use rayon::prelude::*;
 
 use super::conditions;
-use super::format::text::{self, Text};
+use super::format::text::{Block, Text};
 use super::header::{Header, is_unit, meaning};
 use super::preamble::{self, Line};
 use super::sheet::{Cell, SheetRow};
@@ -15,6 +16,8 @@ use super::target::Quantity;
 
 /// Rows in which a header is looked for.
 const DEEPEST: usize = 200;
+/// Rows of a workbook that a thread reads at once.
+const BLOCK_ROWS: usize = 1 << 13;
 /// Rows of a header above the one with most of the names.
 const MOST_UPPER: usize = 3;
 /// Rows below a header of samples that must be samples; one alone may be a line of a preamble.
@@ -30,47 +33,81 @@ pub struct ReadingTable<'a> {
     /// What stands above it.
     pub above: Vec<Line>,
     /// The rows of the header, units included.
-    pub head: &'a [SheetRow],
+    pub head: &'a [SheetRow<'static>],
     pub rows: Rows<'a>,
 }
 
 /// Rows below the header.
 #[derive(Debug, Clone, Copy)]
 pub enum Rows<'a> {
-    Cells(&'a [SheetRow]),
+    Cells(&'a [SheetRow<'static>]),
     /// Of a text those behind this row; cut into cells each time, as the cells of a million rows need many times its memory.
     Text {
         text: &'a Text,
         separator: char,
         behind: usize,
     },
+    /// A part of a text.
+    Block {
+        block: Block<'a>,
+        separator: char,
+        behind: usize,
+    },
 }
 
-impl Rows<'_> {
+impl<'a> Rows<'a> {
     /// Calls `visit` with each row until it breaks.
     ///
     /// # Errors
     /// Those of `visit`.
     pub fn each(&self, mut visit: impl FnMut(&SheetRow) -> Result<ControlFlow<()>>) -> Result<()> {
-        match self {
+        let mut visit_behind = |row: &SheetRow, behind: usize| match row.number > behind {
+            true => visit(row),
+            false => Ok(ControlFlow::Continue(())),
+        };
+        match *self {
             Self::Cells(rows) => {
-                for row in *rows {
-                    if visit(row)?.is_break() {
+                for row in rows {
+                    if visit_behind(row, 0)?.is_break() {
                         break;
                     }
                 }
                 Ok(())
             }
-            Self::Text { text: of, separator, behind } => {
-                let mut row = SheetRow { number: 0, cells: Vec::new() };
-                of.each(*separator, |number, record| {
-                    if number <= *behind {
-                        return Ok(ControlFlow::Continue(()));
-                    }
-                    text::put(&mut row, number, record);
-                    visit(&row)
-                })
+            Self::Text { text, separator, behind } => {
+                text.each(separator, &mut |row| visit_behind(row, behind))
             }
+            Self::Block { block, separator, behind } => {
+                block.each(separator, &mut |row| visit_behind(row, behind)).map(|_| ())
+            }
+        }
+    }
+
+    /// Parts of them in their order, for threads.
+    pub fn blocks(&self) -> Vec<Self> {
+        match *self {
+            Self::Cells(rows) => rows.chunks(BLOCK_ROWS).map(Self::Cells).collect(),
+            Self::Text { text, separator, behind } => {
+                text.blocks().map(|block| Self::Block { block, separator, behind }).collect()
+            }
+            one => vec![one],
+        }
+    }
+
+    /// No fewer than there are.
+    pub fn most(&self) -> usize {
+        match self {
+            Self::Cells(rows) => rows.len(),
+            Self::Text { text, .. } => text.most_rows(),
+            Self::Block { .. } => 0,
+        }
+    }
+
+    /// What `of` makes of each block, in their order.
+    pub fn of_blocks<T: Send>(&self, of: impl Fn(&Self) -> T + Send + Sync) -> Vec<T> {
+        match &self.blocks()[..] {
+            [one] => vec![of(one)],
+            blocks => blocks.par_iter().map(of).collect(),
         }
     }
 

@@ -39,10 +39,10 @@ fn is_number(name: &str) -> bool {
 }
 
 /// All rows, also those of a text.
-fn all_rows(sheet: &Sheet) -> Vec<SheetRow> {
+fn all_rows(sheet: &Sheet) -> Vec<SheetRow<'static>> {
     let (Some(text), Some(separator)) = (&sheet.text, sheet.separator) else { return sheet.rows.clone() };
     let mut all = Vec::new();
-    Rows::Text { text, separator, behind: 0 }.for_each(|row| all.push(row.clone()));
+    Rows::Text { text, separator, behind: 0 }.for_each(|row| all.push(row.clone().into_owned()));
     all
 }
 
@@ -65,8 +65,8 @@ fn rows(sheet: &Sheet) -> Result<Vec<(usize, Vec<String>)>> {
         Cell::Time(time) => time.to_string(),
         Cell::Text(text) if is_number(column) => number(text, decimal)
             .filter(|(_, unit)| unit.is_empty())
-            .map_or_else(|| text.clone(), |(value, _)| value.to_string()),
-        Cell::Text(text) => text.clone(),
+            .map_or_else(|| text.to_string(), |(value, _)| value.to_string()),
+        Cell::Text(text) => text.to_string(),
     };
     let row = |row: &SheetRow| {
         let width = row.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);

@@ -2,6 +2,7 @@
 
 mod conditions;
 mod exports;
+mod long;
 mod public;
 pub mod truth;
 

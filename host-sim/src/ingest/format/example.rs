@@ -7,22 +7,22 @@ use super::super::sheet::{Cell, SheetRow};
 use super::super::sheets::Sheet;
 use super::{Content, Format};
 
-pub const JSON_LINES: Format = Format::of(&["jsonl"], is, read);
+pub const JSON_LINES: Format = Format::of(&["jsonl"], is, |file, bytes| read(file, &bytes));
 
 fn is(bytes: &[u8]) -> bool {
     bytes.starts_with(b"{\"")
 }
 
 fn read(file: &str, bytes: &[u8]) -> Result<Content> {
-    let mut rows: Vec<SheetRow> = Vec::new();
+    let mut rows: Vec<SheetRow<'static>> = Vec::new();
     for (i, line) in String::from_utf8_lossy(bytes).lines().enumerate() {
         let number = i + 1;
         let wrong = || format!("{file}: row {number}: expected a JSON object");
         let object: Map<String, Value> = serde_json::from_str(line).with_context(wrong)?;
         if rows.is_empty() {
-            rows.push(SheetRow { number, cells: object.keys().map(|key| Cell::text(key)).collect() });
+            rows.push(SheetRow { number, cells: object.keys().map(|key| Cell::copied(key)).collect() });
         }
-        let cells: Vec<Cell> = object.values().map(cell).collect();
+        let cells: Vec<Cell<'static>> = object.values().map(cell).collect();
         let columns = rows[0].cells.len();
         ensure!(cells.len() == columns, "{file}: row {number}: expected {columns} keys as in row 1");
         rows.push(SheetRow { number, cells });
@@ -30,11 +30,11 @@ fn read(file: &str, bytes: &[u8]) -> Result<Content> {
     Ok(Content::Sheets(vec![Sheet { file: file.into(), name: None, separator: None, rows, text: None }]))
 }
 
-fn cell(value: &Value) -> Cell {
+fn cell(value: &Value) -> Cell<'static> {
     match value {
         Value::Null => Cell::Empty,
-        Value::String(text) => Cell::text(text),
-        value => value.as_f64().map_or_else(|| Cell::text(&value.to_string()), Cell::Number),
+        Value::String(text) => Cell::copied(text),
+        value => value.as_f64().map_or_else(|| Cell::copied(&value.to_string()), Cell::Number),
     }
 }
 
@@ -46,7 +46,7 @@ fn json_lines_are_found_by_content_and_read_as_table() {
     std::fs::write(&path, "{\"16X amp\":12.5,\"speed\":1500}\n{\"16X amp\":null,\"speed\":1510}\n").unwrap();
     let sheets = super::sheets_of(&formats, &path, super::super::table::score).unwrap();
     let cells: Vec<&[Cell]> = sheets[0].rows.iter().map(|row| &row.cells[..]).collect();
-    let header = [Cell::text("16X amp"), Cell::text("speed")];
+    let header = [Cell::copied("16X amp"), Cell::copied("speed")];
     assert_eq!(
         cells,
         [&header[..], &[Cell::Number(12.5), Cell::Number(1500.0)], &[Cell::Empty, Cell::Number(1510.0)]]

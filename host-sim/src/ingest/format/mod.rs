@@ -36,7 +36,7 @@ struct Format {
     extensions: &'static [&'static str],
     /// Whether the bytes of a file are of this format; never for text, which is told by being no other.
     is: fn(bytes: &[u8]) -> bool,
-    read: fn(file: &str, bytes: &[u8]) -> Result<Content>,
+    read: fn(file: &str, bytes: Vec<u8>) -> Result<Content>,
     /// Reads a recording that stays in its file, where that is possible.
     open: Option<fn(file: &str, opened: File) -> Result<Content>>,
 }
@@ -45,7 +45,7 @@ impl Format {
     const fn of(
         extensions: &'static [&'static str],
         is: fn(&[u8]) -> bool,
-        read: fn(&str, &[u8]) -> Result<Content>,
+        read: fn(&str, Vec<u8>) -> Result<Content>,
     ) -> Self {
         Self { extensions, is, read, open: None }
     }
@@ -57,12 +57,15 @@ const HEAD_BYTES: u64 = 64;
 /// Text stands first; a workbook is any other archive.
 const FORMATS: [Format; 7] = [
     Format::of(&["csv", "tsv", "txt", "lvm", "asc", "dat"], |_| false, read_text),
-    Format { open: Some(wav::open), ..Format::of(&["wav", "rf64"], wav::is, wav::read) },
-    Format::of(&["npy"], numpy::is_array, numpy::read_array),
-    Format::of(&["npz"], numpy::is_archive, numpy::read_archive),
-    Format::of(&["mat"], matlab::is, matlab::read),
-    Format::of(&["xlsx", "xls", "ods"], workbook::is, workbook::read),
-    Format::of(&["parquet"], is_parquet, read_parquet),
+    Format {
+        open: Some(wav::open),
+        ..Format::of(&["wav", "rf64"], wav::is, |file, bytes| wav::read(file, &bytes))
+    },
+    Format::of(&["npy"], numpy::is_array, |file, bytes| numpy::read_array(file, &bytes)),
+    Format::of(&["npz"], numpy::is_archive, |file, bytes| numpy::read_archive(file, &bytes)),
+    Format::of(&["mat"], matlab::is, |file, bytes| matlab::read(file, &bytes)),
+    Format::of(&["xlsx", "xls", "ods"], workbook::is, |file, bytes| workbook::read(file, &bytes)),
+    Format::of(&["parquet"], is_parquet, |file, bytes| read_parquet(file, &bytes)),
 ];
 
 /// The sheets of a file of readings, by what it holds, whatever it is called; rows of a header score most.
@@ -87,7 +90,7 @@ fn sheets_of(formats: &[Format], path: &Path, score: fn(&SheetRow) -> usize) -> 
         bail!("{file}: is empty, expected a table of measurements");
     }
     let format = formats.iter().find(|format| (format.is)(&bytes)).unwrap_or(&formats[0]);
-    match (format.read)(&file, &bytes)? {
+    match (format.read)(&file, bytes)? {
         Content::Sheets(sheets) => Ok(sheets),
         Content::Text(text) => Ok(vec![Sheet::of_text(text, score)?]),
         Content::Waveform(_) => Err(no_readings(&file)),
@@ -111,7 +114,7 @@ pub fn recording(path: &Path) -> Result<Content> {
     };
     match format.open {
         Some(open) => open(&file, opened(path)?),
-        None => (format.read)(&file, &bytes(path)?),
+        None => (format.read)(&file, bytes(path)?),
     }
 }
 
@@ -127,7 +130,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
     std::fs::read(path).with_context(|| unread(path))
 }
 
-fn read_text(file: &str, bytes: &[u8]) -> Result<Content> {
+fn read_text(file: &str, bytes: Vec<u8>) -> Result<Content> {
     Ok(Content::Text(Text::of(file, bytes)?))
 }
 

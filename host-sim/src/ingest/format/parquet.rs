@@ -48,7 +48,7 @@ fn table(file: &str, bytes: &[u8]) -> Result<Sheet> {
     let in_nanoseconds: Vec<bool> = (schema.columns().iter())
         .map(|column| matches!(column.logical_type_ref(), Some(LogicalType::Timestamp(t)) if t.unit == TimeUnit::NANOS))
         .collect();
-    let names = columns.iter().map(|column| Cell::text(column.name())).collect();
+    let names = columns.iter().map(|column| Cell::copied(column.name())).collect();
     let mut rows = vec![SheetRow { number: 1, cells: names }];
     for (i, row) in reader.get_row_iter(None).with_context(wrong)?.enumerate() {
         let row = row.with_context(wrong)?;
@@ -61,7 +61,7 @@ fn table(file: &str, bytes: &[u8]) -> Result<Sheet> {
     Ok(Sheet { file: file.into(), name: None, separator: None, rows, text: None })
 }
 
-fn cell(field: &Field, in_nanoseconds: bool) -> Cell {
+fn cell(field: &Field, in_nanoseconds: bool) -> Cell<'static> {
     let number = |x: f64| if x.is_nan() { Cell::Empty } else { Cell::Number(x) };
     match field {
         Field::Null => Cell::Empty,
@@ -80,14 +80,14 @@ fn cell(field: &Field, in_nanoseconds: bool) -> Cell {
         Field::UShort(n) => Cell::Number(f64::from(*n)),
         Field::UInt(n) => Cell::Number(f64::from(*n)),
         Field::ULong(n) => Cell::Number(*n as f64),
-        Field::Str(text) => Cell::text(text),
-        Field::Bytes(bytes) => Cell::text(&String::from_utf8_lossy(bytes.data())),
-        other => Cell::text(&other.to_string()),
+        Field::Str(text) => Cell::copied(text),
+        Field::Bytes(bytes) => Cell::copied(&String::from_utf8_lossy(bytes.data())),
+        other => Cell::copied(&other.to_string()),
     }
 }
 
 /// As the file has it, in UTC.
-fn time(at: Result<Timestamp, jiff::Error>) -> Cell {
+fn time(at: Result<Timestamp, jiff::Error>) -> Cell<'static> {
     at.map_or(Cell::Empty, |at| Cell::Time(at.to_zoned(TimeZone::UTC).datetime()))
 }
 

@@ -53,7 +53,7 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
             book => Ok(rows_of_range(&book.worksheet_range(&name).with_context(wrong)?)),
         };
         let rows = read.with_context(wrong)?;
-        let rows: Vec<SheetRow> = rows.into_iter().filter(|row| !row.is_blank()).collect();
+        let rows: Vec<SheetRow<'static>> = rows.into_iter().filter(|row| !row.is_blank()).collect();
         if !rows.is_empty() {
             sheets.push(Sheet { file: file.into(), name: Some(name), separator: None, rows, text: None });
         }
@@ -62,8 +62,10 @@ pub fn read(file: &str, bytes: &[u8]) -> Result<Content> {
 }
 
 /// The rows of the cells that `next` gives, with their places.
-fn rows_of_cells(mut next: impl FnMut() -> Result<Option<((u32, u32), Data)>>) -> Result<Vec<SheetRow>> {
-    let mut rows: BTreeMap<u32, Vec<Cell>> = BTreeMap::new();
+fn rows_of_cells(
+    mut next: impl FnMut() -> Result<Option<((u32, u32), Data)>>,
+) -> Result<Vec<SheetRow<'static>>> {
+    let mut rows: BTreeMap<u32, Vec<Cell<'static>>> = BTreeMap::new();
     let mut places = 0;
     while let Some(((row, column), data)) = next()? {
         let value = cell(&data);
@@ -87,7 +89,7 @@ fn rows_of_cells(mut next: impl FnMut() -> Result<Option<((u32, u32), Data)>>) -
     Ok(rows.into_iter().map(|(row, cells)| SheetRow { number: row as usize + 1, cells }).collect())
 }
 
-fn rows_of_range(range: &Range<Data>) -> Vec<SheetRow> {
+fn rows_of_range(range: &Range<Data>) -> Vec<SheetRow<'static>> {
     let (first_row, first_column) = range.start().unwrap_or_default();
     let rows = range.rows().enumerate().map(|(down, cells)| {
         // columns count from A, wherever the table begins
@@ -100,20 +102,20 @@ fn rows_of_range(range: &Range<Data>) -> Vec<SheetRow> {
     rows.collect()
 }
 
-fn cell(data: &Data) -> Cell {
+fn cell(data: &Data) -> Cell<'static> {
     match data {
         Data::Empty => Cell::Empty,
         Data::Int(n) => Cell::Number(*n as f64),
         Data::Float(x) => Cell::Number(*x),
-        Data::String(text) | Data::DateTimeIso(text) | Data::DurationIso(text) => Cell::text(text),
-        Data::Bool(is) => Cell::Text(is.to_string()),
+        Data::String(text) | Data::DateTimeIso(text) | Data::DurationIso(text) => Cell::copied(text),
+        Data::Bool(is) => Cell::Text(is.to_string().into()),
         Data::DateTime(time) => {
             let (year, month, day, hour, minute, second, milli) = time.to_ymd_hms_milli();
             let exact =
                 calendar::civil([year.into(), month.into(), day.into()], [hour, minute, second], milli);
             exact.filter(|_| time.is_datetime()).map_or(Cell::Number(time.as_f64()), Cell::Time)
         }
-        Data::Error(error) => Cell::Text(error.to_string()),
+        Data::Error(error) => Cell::Text(error.to_string().into()),
     }
 }
 

@@ -244,7 +244,9 @@ fn pair_date_and_clock(
     left: &mut Vec<UnusedColumn>,
 ) {
     let is_clock = |column: &AssignedColumn| {
-        let filled = |row: &SheetRow| Some(row.cell(column.header.index).clone()).filter(|c| !c.is_empty());
+        let filled = |row: &SheetRow| {
+            Some(row.cell(column.header.index)).filter(|c| !c.is_empty()).map(|c| c.clone().into_owned())
+        };
         match &table.rows.find_map(filled) {
             Some(Cell::Text(text)) => calendar::clock(&text.split_whitespace().collect::<Vec<_>>()).is_some(),
             Some(Cell::Number(part)) => (0.0..1.0).contains(part) && column.target.stated.time.is_none(),

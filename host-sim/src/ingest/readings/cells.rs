@@ -5,7 +5,7 @@ use anyhow::{Result, bail};
 use super::plan::{Column, Plan};
 use super::status::is_valid;
 use crate::ingest::calendar::{self, Moment, ParsedMoment};
-use crate::ingest::number::{is_lost, number};
+use crate::ingest::number::{is_lost, number, plain};
 use crate::ingest::sheet::{Cell, SheetRow};
 use crate::ingest::table::ReadingTable;
 use crate::ingest::target::Quantity;
@@ -46,9 +46,15 @@ impl Cells<'_> {
             Cell::Empty => return Ok(None),
             Cell::Number(x) => return Ok(Some(*x)),
             Cell::Time(_) => bail!("{}: is a date, expected a number", self.place(row, column)),
-            Cell::Text(text) if is_lost(text) => return Ok(None),
             Cell::Text(text) => text,
         };
+        // most cells are numbers
+        if let Some(value) = plain(text, self.plan.decimal) {
+            return Ok(Some(value));
+        }
+        if is_lost(text) {
+            return Ok(None);
+        }
         match number(text, self.plan.decimal) {
             Some((value, unit)) if unit == column.cell_unit || unit.is_empty() => Ok(Some(value)),
             Some((_, unit)) if is_words_of_units(unit) => bail!(
@@ -97,8 +103,10 @@ impl Cells<'_> {
     }
 
     fn of_number(&self, x: f64, column: &Column) -> Option<Moment> {
-        let lower = column.header.to_lowercase();
-        let is_date = OF_DATES.iter().any(|word| lower.contains(word));
+        let is_date = || {
+            let lower = column.header.to_lowercase();
+            OF_DATES.iter().any(|word| lower.contains(word))
+        };
         calendar::of_number(x, column.target.stated.time, is_date)
     }
 

@@ -6,7 +6,7 @@
 //! | `mapping` | what the owner states, as a file or as options |
 //! | `times`, `date_order`, `join` | times that rows do not state in full, rows of one reading joined |
 //! | `status` | columns that say which values are valid |
-//! | `record`, `row`, `cells`, `skipped` | rows as readings, and those that are none |
+//! | `record`, `parts`, `row`, `cells`, `skipped` | rows as readings, read in parts by threads, and those that are none |
 //! | `amplitudes` | tables without phase |
 //! | `repair` | stale values, outliers, a phase reference that was moved |
 //! | `written` | the readings as `measured.csv`, with the mapping as its header comment |
@@ -17,6 +17,7 @@ pub(crate) mod cells;
 mod date_order;
 pub(crate) mod join;
 pub(crate) mod mapping;
+mod parts;
 pub(crate) mod plan;
 pub(crate) mod record;
 pub(crate) mod repair;

@@ -25,6 +25,9 @@ use crate::terminal::listed;
 /// Speeds of a file whose fastest is below this may as well be Hz, rpm.
 const SLOWEST_RPM: f64 = 300.0;
 
+/// Characters of a date such as 20240305.
+const COMPACT_DATE: usize = 8;
+
 /// A column, and what its numbers are multiplied by.
 #[derive(Debug, Clone)]
 pub struct Column {
@@ -121,7 +124,7 @@ pub fn plan(table: &ReadingTable, of_rotor: Option<Vec<String>>, mapping: &Mappi
         bail!("{place}: {}", all.join("; "));
     }
     let (shown, dates_by_steps) =
-        if mapping.dates.is_some() { (None, None) } else { date_order(table, &columns) };
+        if mapping.dates.is_some() { (None, None) } else { date_order(table, &columns, decimal) };
     let dates = mapping.dates.or(shown).or(dates_by_steps);
     Ok(Plan { columns, left, decimal, dates, dates_by_steps, probes })
 }
@@ -337,10 +340,12 @@ fn decimal(table: &ReadingTable, assigned: &[AssignedColumn]) -> Result<Decimal>
     let numeric =
         |c: &&AssignedColumn| c.target.quantity.is_of_probe() || c.target.quantity == Quantity::Speed;
     let columns: Vec<usize> = assigned.iter().filter(numeric).map(|c| c.header.index).collect();
-    let mut seen = number::DecimalMarks::default();
-    table
-        .rows
-        .for_each(|row| columns.iter().filter_map(|c| row.cell(*c).as_text()).for_each(|t| seen.add(t)));
+    let shown = table.rows.of_blocks(|rows| {
+        let mut seen = number::DecimalMarks::default();
+        rows.for_each(|row| columns.iter().filter_map(|c| row.cell(*c).as_text()).for_each(|t| seen.add(t)));
+        seen
+    });
+    let seen = shown.into_iter().fold(number::DecimalMarks::default(), number::DecimalMarks::or);
     let with = |signs: &'static [char]| {
         let text = |row: &SheetRow| {
             columns
@@ -370,12 +375,20 @@ fn decimal(table: &ReadingTable, assigned: &[AssignedColumn]) -> Result<Decimal>
 }
 
 /// The order that a date shows, else the one that the steps between dates show.
-fn date_order(table: &ReadingTable, columns: &[Column]) -> (Option<DateOrder>, Option<DateOrder>) {
+fn date_order(
+    table: &ReadingTable,
+    columns: &[Column],
+    decimal: Decimal,
+) -> (Option<DateOrder>, Option<DateOrder>) {
     let column = |quantity: Quantity| columns.iter().find(|c| c.target.quantity == quantity).map(|c| c.index);
     let Some(time) = column(Quantity::Time) else { return (None, None) };
     // of dates that have one reading by their form, a first one stands for all
     let shown = |row: &SheetRow| {
         let text = row.cell(time).as_text()?;
+        // nor do numbers of days or seconds have an order
+        if number::plain(text, decimal).is_some() && text.len() != COMPACT_DATE {
+            return Some(None);
+        }
         let is_plain = matches!(calendar::of_text(text, None), ParsedMoment::Moment(_));
         let order = calendar::order_shown(text);
         (is_plain || order.is_some()).then_some(order)

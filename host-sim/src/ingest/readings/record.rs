@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 
 use anyhow::Result;
 use nalgebra::Complex;
+use rayon::prelude::*;
 use rotor_edge_desktop::measurement::Condition;
 
 use super::cells::Cells;
@@ -15,14 +16,14 @@ use super::skipped::{RowCount, SkippedRows, row_number};
 use crate::ingest::calendar::Moment;
 use crate::ingest::conditions;
 use crate::ingest::sheet::SheetRow;
-use crate::ingest::table::ReadingTable;
+use crate::ingest::table::{ReadingTable, Rows};
 use crate::ingest::target::Quantity;
 
 /// A value that was lost.
-const LOST: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
+pub(super) const LOST: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
 
-/// Rows without data that are kept until data follow; of more it is looked for in a pass of its own.
-const MOST_WAITING: usize = 1000;
+/// Blocks of rows that each thread reads before they are put together.
+const BLOCKS_A_THREAD: usize = 4;
 
 /// Where a reading is from, and what it holds of all probes together.
 #[derive(Debug, Clone, Copy)]
@@ -48,16 +49,16 @@ pub struct Record {
     pub timed_only: RowCount,
     /// Cells that hold a number for "no measurement", such as -9999.
     pub no_measurement: usize,
-    tables: u32,
+    pub(super) tables: u32,
     /// Phasors `cos − i sin`, µm zero-to-peak; not a number where the reading was lost.
-    phasors: Vec<Complex<f64>>,
+    pub(super) phasors: Vec<Complex<f64>>,
     /// Whether a row held this probe, lost or not.
-    held: Vec<bool>,
+    pub(super) held: Vec<bool>,
     /// Not a number where there is none; empty if there is none at all.
-    gaps_v: Vec<f64>,
+    pub(super) gaps_v: Vec<f64>,
     pub conditions: Vec<Condition>,
     /// Of each reading the conditions; not a number where there is none.
-    condition_values: Vec<f64>,
+    pub(super) condition_values: Vec<f64>,
 }
 
 impl Record {
@@ -67,6 +68,7 @@ impl Record {
     }
 
     /// The phasor of a probe in a reading; nothing if it is lost.
+    #[inline]
     pub fn value(&self, reading: usize, probe: usize) -> Option<Complex<f64>> {
         Some(self.phasors[reading * self.probes.len() + probe]).filter(|y| !y.re.is_nan())
     }
@@ -77,8 +79,8 @@ impl Record {
     }
 
     /// The phasors of a reading.
-    pub fn values(&self, reading: usize) -> Vec<Option<Complex<f64>>> {
-        (0..self.probes.len()).map(|probe| self.value(reading, probe)).collect()
+    pub fn values(&self, reading: usize) -> impl Iterator<Item = Option<Complex<f64>>> {
+        (0..self.probes.len()).map(move |probe| self.value(reading, probe))
     }
 
     pub fn holds(&self, reading: usize) -> &[bool] {
@@ -86,17 +88,17 @@ impl Record {
     }
 
     /// Gaps of a reading, if any reading has one.
-    pub fn gaps(&self, reading: usize) -> Vec<Option<f64>> {
+    pub fn gaps(&self, reading: usize) -> impl Iterator<Item = Option<f64>> {
         let probes = self.probes.len();
         let all = self.gaps_v.get(reading * probes..(reading + 1) * probes).unwrap_or_default();
-        all.iter().map(|gap| Some(*gap).filter(|gap| !gap.is_nan())).collect()
+        all.iter().map(|gap| Some(*gap).filter(|gap| !gap.is_nan()))
     }
 
     /// Conditions of operation of a reading.
-    pub fn conditions(&self, reading: usize) -> Vec<Option<f64>> {
+    pub fn conditions(&self, reading: usize) -> impl Iterator<Item = Option<f64>> {
         let count = self.conditions.len();
         let all = &self.condition_values[reading * count..][..count];
-        all.iter().map(|x| Some(*x).filter(|x| !x.is_nan())).collect()
+        all.iter().map(|x| Some(*x).filter(|x| !x.is_nan()))
     }
 
     pub fn run(&self, reading: usize) -> Option<&str> {
@@ -156,7 +158,7 @@ impl Record {
         }
     }
 
-    fn probe(&mut self, name: &str) -> usize {
+    pub(super) fn probe(&mut self, name: &str) -> usize {
         if let Some(at) = self.probes.iter().position(|p| p == name) {
             return at;
         }
@@ -182,7 +184,7 @@ impl Record {
         count
     }
 
-    fn run_named(&mut self, name: &str) -> u32 {
+    pub(super) fn run_named(&mut self, name: &str) -> u32 {
         // runs follow one another
         let known = self.runs.iter().rposition(|run| run == name);
         let at = known.unwrap_or_else(|| {
@@ -228,41 +230,41 @@ impl Record {
             Some((self.condition(conditions::named(name, c.target.stated.condition?)), c))
         });
         let conditions = conditions.collect();
-        let of_rows = OfRows { cells, run, stated, of_point, conditions };
-        // rows that are no data belong to the table if data follow
-        let mut waiting: Vec<SheetRow> = Vec::new();
-        let mut last_data = None;
-        table.rows.each(|row| {
-            match last_data {
-                _ if row.is_blank() => {}
-                Some(last) if row.number > last => self.skipped.no_data.add(self.tables, row.number),
-                Some(_) => self.row(&of_rows, mapping, row)?,
-                None if is_data(&of_rows.cells, row) => {
-                    for row in waiting.drain(..) {
-                        self.row(&of_rows, mapping, &row)?;
-                    }
-                    self.row(&of_rows, mapping, row)?;
-                }
-                None => waiting.push(row.clone()),
+        let of_rows = OfRows { cells, mapping, run, stated, of_point, conditions };
+        // what comes behind the last row of data is no part of the table
+        let blocks = table.rows.blocks();
+        let last_data = blocks.iter().rev().find_map(|rows| of_rows.last_data(rows)).unwrap_or(0);
+        self.reserve(table.rows.most());
+        for some in blocks.chunks(BLOCKS_A_THREAD * rayon::current_num_threads()) {
+            let of_some: Vec<Result<Self>> = match some {
+                [one] => vec![self.part(&of_rows, one, last_data)],
+                some => some.par_iter().map(|rows| self.part(&of_rows, rows, last_data)).collect(),
+            };
+            for part in of_some {
+                self.append(part?);
             }
-            if waiting.len() == MOST_WAITING {
-                let last = *last_data.insert(of_rows.last_data()?);
-                for row in waiting.drain(..) {
-                    match row.number > last {
-                        true => self.skipped.no_data.add(self.tables, row.number),
-                        false => self.row(&of_rows, mapping, &row)?,
-                    }
-                }
-            }
-            Ok(ControlFlow::Continue(()))
-        })?;
-        waiting.iter().for_each(|row| self.skipped.no_data.add(self.tables, row.number));
+        }
         self.tables += 1;
         Ok(())
     }
 
-    fn row(&mut self, of_rows: &OfRows, mapping: &Mapping, row: &SheetRow) -> Result<()> {
+    /// The readings of some rows, as a record of their own.
+    fn part(&self, of_rows: &OfRows, rows: &Rows, last_data: usize) -> Result<Self> {
+        let mut part = self.empty();
+        rows.each(|row| {
+            match row.number > last_data {
+                _ if row.is_blank() => (),
+                true => part.skipped.no_data.add(part.tables, row.number),
+                false => part.row(of_rows, row)?,
+            }
+            Ok(ControlFlow::Continue(()))
+        })?;
+        Ok(part)
+    }
+
+    fn row(&mut self, of_rows: &OfRows, row: &SheetRow) -> Result<()> {
         let Cells { table, plan } = of_rows.cells;
+        let mapping = of_rows.mapping;
         if let Some(machine) = plan.column(Quantity::Machine)
             && mapping.machine.is_some()
             && of_rows.cells.name(row, machine) != mapping.machine
@@ -275,11 +277,11 @@ impl Record {
             return Ok(());
         }
         in_table(table, row)?;
-        self.sample(of_rows, mapping, row)
+        self.sample(of_rows, row)
     }
 
-    fn sample(&mut self, of_rows: &OfRows, mapping: &Mapping, row: &SheetRow) -> Result<()> {
-        let OfRows { cells, run, stated, of_point, conditions } = of_rows;
+    fn sample(&mut self, of_rows: &OfRows, row: &SheetRow) -> Result<()> {
+        let OfRows { cells, mapping, run, stated, of_point, conditions } = of_rows;
         let plan = cells.plan;
         let point = match plan.column(Quantity::Point) {
             None => None,
@@ -367,6 +369,7 @@ fn widened<T: Copy>(all: &[T], width: usize, with: T) -> Vec<T> {
 /// What all rows of a table have in common.
 struct OfRows<'a> {
     cells: Cells<'a>,
+    mapping: &'a Mapping,
     run: Option<&'a str>,
     /// Probes that have columns of their own.
     stated: Vec<(usize, ProbeColumns<'a>)>,
@@ -377,16 +380,15 @@ struct OfRows<'a> {
 }
 
 impl OfRows<'_> {
-    /// Number of the last row of data; 0 if there is none.
-    fn last_data(&self) -> Result<usize> {
-        let mut last = 0;
-        self.cells.table.rows.each(|row| {
+    /// Number of the last row of data among some.
+    fn last_data(&self, rows: &Rows) -> Option<usize> {
+        let mut last = None;
+        rows.for_each(|row| {
             if is_data(&self.cells, row) {
-                last = row.number;
+                last = Some(row.number);
             }
-            Ok(ControlFlow::Continue(()))
-        })?;
-        Ok(last)
+        });
+        last
     }
 }
 

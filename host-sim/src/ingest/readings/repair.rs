@@ -3,6 +3,7 @@
 
 use anyhow::{Result, anyhow, bail};
 use nalgebra::Complex;
+use rayon::prelude::*;
 use rotor_edge_desktop::measurement::frozen;
 
 use super::record::Record;
@@ -24,56 +25,59 @@ pub struct MarkedValues {
 
 /// Marks values as lost that are one and the same four times in a row or more, but for the first of them.
 pub fn mark_stale(record: &mut Record) -> usize {
-    let mut marked = 0;
-    for p in 0..record.probes.len() {
+    mark(record, |record, p| {
         let values: Vec<Option<Complex<f64>>> =
             (0..record.samples.len()).map(|k| record.value(k, p)).collect();
-        let mut from = 0;
+        let (mut marked, mut from) = (Vec::new(), 0);
         while let Some(stretch) = frozen(&values[from..]) {
-            for k in from + stretch.start + 1..from + stretch.end {
-                record.set(k, p, None);
-                marked += 1;
-            }
+            marked.extend(from + stretch.start + 1..from + stretch.end);
             from += stretch.end;
         }
+        marked
+    })
+}
+
+/// Marks readings of each probe as lost, and counts them.
+fn mark(record: &mut Record, of_probe: impl Fn(&Record, usize) -> Vec<usize> + Sync) -> usize {
+    let all: Vec<Vec<usize>> =
+        (0..record.probes.len()).into_par_iter().map(|p| of_probe(record, p)).collect();
+    for (p, marked) in all.iter().enumerate() {
+        marked.iter().for_each(|k| record.set(*k, p, None));
     }
-    marked
+    all.iter().map(Vec::len).sum()
 }
 
 /// Marks a value as lost that is far from the one before and the one after, at one speed, which are near each other:
 /// a spike, or a phase that was averaged over the step from 360 to 0 degrees.
 pub fn mark_outliers(record: &mut Record) -> usize {
-    let mut marked = 0;
-    for p in 0..record.probes.len() {
-        let steady = |a: usize, b: usize| {
-            let [a, b] = [&record.samples[a], &record.samples[b]];
-            a.run == b.run && (a.speed_rpm / b.speed_rpm - 1.0).abs() <= STEADY
-        };
-        let seen: Vec<usize> = (0..record.samples.len()).filter(|k| record.value(*k, p).is_some()).collect();
-        let value = |k: usize| record.value(k, p).unwrap_or_default();
-        let mut steps: Vec<f64> = seen
-            .windows(2)
-            .filter(|w| steady(w[0], w[1]))
-            .map(|w| (value(w[1]) - value(w[0])).norm())
-            .collect();
-        if steps.is_empty() {
-            continue;
-        }
-        let middle = steps.len() / 2;
-        let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let is_far = |w: &&[usize]| {
-            let [before, now, after] = [w[0], w[1], w[2]].map(value);
-            let least = (UNUSUAL * usual).max(FAR * before.norm().max(after.norm()));
-            let away = (now - before).norm().min((now - after).norm());
-            steady(w[0], w[1]) && steady(w[1], w[2]) && away > least && 2.0 * (after - before).norm() < least
-        };
-        let far: Vec<usize> = seen.windows(3).filter(is_far).map(|w| w[1]).collect();
-        for k in far {
-            record.set(k, p, None);
-            marked += 1;
-        }
+    mark(record, outliers)
+}
+
+fn outliers(record: &Record, p: usize) -> Vec<usize> {
+    let steady = |a: usize, b: usize| {
+        let [a, b] = [&record.samples[a], &record.samples[b]];
+        a.run == b.run && (a.speed_rpm / b.speed_rpm - 1.0).abs() <= STEADY
+    };
+    let seen: Vec<usize> = (0..record.samples.len()).filter(|k| record.value(*k, p).is_some()).collect();
+    let value = |k: usize| record.value(k, p).unwrap_or_default();
+    // squares are in the same order
+    let mut steps: Vec<f64> = seen
+        .windows(2)
+        .filter(|w| steady(w[0], w[1]))
+        .map(|w| (value(w[1]) - value(w[0])).norm_sqr())
+        .collect();
+    if steps.is_empty() {
+        return Vec::new();
     }
-    marked
+    let middle = steps.len() / 2;
+    let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let is_far = |w: &&[usize]| {
+        let (before, now, after) = (value(w[0]), value(w[1]), value(w[2]));
+        let least = (UNUSUAL * UNUSUAL * usual).max(FAR * FAR * before.norm_sqr().max(after.norm_sqr()));
+        let away = (now - before).norm_sqr().min((now - after).norm_sqr());
+        away > least && 4.0 * (after - before).norm_sqr() < least && steady(w[0], w[1]) && steady(w[1], w[2])
+    };
+    seen.windows(3).filter(is_far).map(|w| w[1]).collect()
 }
 
 /// A day on which the phase reference was moved, and by how much phase lags grew with it.

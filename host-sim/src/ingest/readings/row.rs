@@ -14,12 +14,13 @@ use crate::ingest::table::ReadingTable;
 use crate::ingest::target::Quantity;
 use crate::ingest::unit::Vibration;
 
+/// Numbers of nines alone, up to the largest number that may be one.
+const NINES: [f64; 4] = [999.0, 9_999.0, 99_999.0, 999_999.0];
+
 /// Whether a number means that there is none: nines alone, the ends of a 16-bit register, a number beyond all reason.
 fn is_no_measurement(raw: f64) -> bool {
-    let fewest = if raw < 0.0 { 3 } else { 4 };
-    let is_nines = |digits: &str| digits.len() >= fewest && digits.chars().all(|c| c == '9');
-    let nines = raw.fract() == 0.0 && is_nines(&raw.abs().to_string());
-    nines || [-999.25, -32_768.0, 32_767.0].contains(&raw) || raw.abs() > 1e6
+    let is_nines = NINES.contains(&raw.abs()) && raw != 999.0;
+    is_nines || [-999.25, -32_768.0, 32_767.0].contains(&raw) || raw.abs() > 1e6
 }
 
 /// The phasor `cos − i sin` of a row, µm zero-to-peak, and whether a number says that there is none.
@@ -66,7 +67,7 @@ fn displacement_um(
     phasor: Complex<f64>,
 ) -> Result<Complex<f64>> {
     let phasor = phasor * Vibration { size: 1.0, derivative: a.derivative }.displacement(speed_rpm);
-    if phasor.norm() > LARGEST_UM {
+    if phasor.norm_sqr() > LARGEST_UM * LARGEST_UM {
         let um = phasor.norm();
         bail!("{}: {um:.0} µm is more than a probe can see, expected another unit", cells.place(row, a));
     }

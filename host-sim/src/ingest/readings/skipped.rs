@@ -11,6 +11,23 @@ pub struct SkippedRows {
     pub no_data: RowCount,
 }
 
+impl SkippedRows {
+    /// Adds those of rows further below.
+    pub fn add(&mut self, below: &Self) {
+        let Self { standstill, without_speed, other_machines, other_points, no_data } = self;
+        for (all, below) in [
+            (standstill, below.standstill),
+            (without_speed, below.without_speed),
+            (other_machines, below.other_machines),
+            (other_points, below.other_points),
+            (no_data, below.no_data),
+        ] {
+            all.rows += below.rows;
+            all.first = all.first.or(below.first);
+        }
+    }
+}
+
 /// Rows of one kind, and the table and row of the first.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RowCount {

@@ -34,17 +34,25 @@ pub fn units_of_cells(
 
 /// The largest number of each column.
 pub fn largest_of(table: &ReadingTable, decimal: Decimal) -> Vec<f64> {
-    let mut largest: Vec<f64> = Vec::new();
-    table.rows.for_each(|row| {
-        largest.resize(largest.len().max(row.cells.len()), 0.0);
-        for (largest, cell) in largest.iter_mut().zip(&row.cells) {
-            let value = match cell {
-                Cell::Number(x) => Some(*x),
-                Cell::Text(text) => number(text, decimal).map(|(x, _)| x),
-                _ => None,
-            };
-            *largest = value.map_or(*largest, |x| (*largest).max(x.abs()));
-        }
+    let of_blocks = table.rows.of_blocks(|rows| {
+        let mut largest: Vec<f64> = Vec::new();
+        rows.for_each(|row| {
+            largest.resize(largest.len().max(row.cells.len()), 0.0);
+            for (largest, cell) in largest.iter_mut().zip(&row.cells) {
+                let value = match cell {
+                    Cell::Number(x) => Some(*x),
+                    Cell::Text(text) => number(text, decimal).map(|(x, _)| x),
+                    _ => None,
+                };
+                *largest = value.map_or(*largest, |x| (*largest).max(x.abs()));
+            }
+        });
+        largest
     });
+    let mut largest: Vec<f64> = Vec::new();
+    for block in of_blocks {
+        largest.resize(largest.len().max(block.len()), 0.0);
+        largest.iter_mut().zip(block).for_each(|(largest, x)| *largest = largest.max(x));
+    }
     largest
 }

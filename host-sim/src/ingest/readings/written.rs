@@ -2,12 +2,14 @@
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
+use std::io;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use rayon::prelude::*;
-use rotor_edge_desktop::measurement::{self, Reading};
+use rotor_edge_desktop::measurement::{Reading, ReadingColumns, ReadingLines};
+use rotor_edge_desktop::whole_file;
 
 use super::ImportResult;
 use super::mapping::{MARK, Mapping};
@@ -18,58 +20,72 @@ use crate::ingest::target::{Rule, Target};
 /// Before the moment from which a record's days count, in its header comment.
 pub const COUNTS_FROM: &str = "time_d counts from ";
 
-/// Readings that are written at once.
-const BLOCK: usize = 1 << 14;
-/// Bytes of a line, and of a probe in it, roughly.
-const LINE_BYTES: usize = 40;
-const PROBE_BYTES: usize = 36;
+/// Readings of a block, and blocks of each thread before they are written.
+const BLOCK: usize = 1 << 12;
+const BLOCKS_A_THREAD: usize = 4;
 
 impl Record {
     /// A reading with days since `start`.
     pub fn reading(&self, at: usize, start: Option<Moment>) -> Reading {
-        let sample = &self.samples[at];
-        Reading {
-            row: None,
-            run: self.run(at).map(str::to_string),
-            session: None,
-            time_d: sample.when.zip(start).and_then(|(when, start)| when.days_since(start)),
-            speed_rpm: sample.speed_rpm,
-            probes: self.values(at).into_iter().map(|y| y.map(|y| y * 1e-6)).collect(),
-            gaps_v: self.gaps(at),
-            conditions: self.conditions(at),
-        }
+        let mut reading = Reading::default();
+        self.put_reading(&mut reading, at, start);
+        reading
     }
 
-    /// Some readings as lines of `measured.csv`, and the header above them. Every block has the columns of the whole.
-    fn block(&self, readings: Range<usize>, start: Option<Moment>) -> Result<Vec<u8>> {
-        let reading = |at: usize| {
-            let mut reading = self.reading(at, start);
-            if !self.runs.is_empty() {
-                reading.run.get_or_insert_default();
-            }
-            reading
-        };
-        let readings: Vec<Reading> = readings.map(reading).collect();
+    /// Puts it into one that is there, since a million of them would be millions of allocations.
+    fn put_reading(&self, reading: &mut Reading, at: usize, start: Option<Moment>) {
+        let sample = &self.samples[at];
+        let run = self.run(at);
+        if reading.run.as_deref() != run {
+            reading.run = run.map(str::to_string);
+        }
+        reading.time_d = sample.when.zip(start).and_then(|(when, start)| when.days_since(start));
+        reading.speed_rpm = sample.speed_rpm;
+        reading.probes.clear();
+        reading.probes.extend(self.values(at).map(|y| y.map(|y| y * 1e-6)));
+        reading.gaps_v.clear();
+        reading.gaps_v.extend(self.gaps(at));
+        reading.conditions.clear();
+        reading.conditions.extend(self.conditions(at));
+    }
+
+    /// Some readings as lines of `measured.csv`.
+    fn block(&self, readings: Range<usize>, start: Option<Moment>) -> Result<Vec<u8>, csv::Error> {
+        let mut lines = ReadingLines::exact(self.columns(start));
         let mut block = Vec::new();
-        measurement::write_with_conditions(&mut block, &self.probes, &self.conditions, &readings)?;
+        let mut reading = Reading::default();
+        for at in readings {
+            self.put_reading(&mut reading, at, start);
+            lines.add(&mut block, &reading)?;
+        }
         Ok(block)
     }
 
-    /// All readings as lines of `measured.csv`, behind what is there.
-    fn write(&self, file: &mut Vec<u8>, start: Option<Moment>) -> Result<()> {
+    fn columns(&self, start: Option<Moment>) -> ReadingColumns {
+        ReadingColumns {
+            run: !self.runs.is_empty(),
+            session: false,
+            // all readings have a time, or none has
+            time: start.is_some(),
+            gaps: !self.gaps_v.is_empty(),
+            conditions: self.conditions.len(),
+        }
+    }
+
+    /// All readings as lines of `measured.csv`.
+    fn write(&self, out: &mut dyn io::Write, start: Option<Moment>) -> io::Result<()> {
         let readings = self.samples.len();
-        // a file that grows stands in memory twice
-        file.reserve(readings * (LINE_BYTES + PROBE_BYTES * self.probes.len()));
+        let mut header = Vec::new();
+        ReadingLines::exact(self.columns(start)).header(&mut header, &self.probes, &self.conditions)?;
+        out.write_all(&header)?;
         let blocks: Vec<Range<usize>> =
             (0..readings).step_by(BLOCK).map(|from| from..(from + BLOCK).min(readings)).collect();
-        // as many at once as there are processors, since all of them together would stand in memory twice
-        for some in blocks.chunks(rayon::current_num_threads()) {
-            let written: Vec<Result<Vec<u8>>> =
+        // a few at once, since all of them together would stand in memory
+        for some in blocks.chunks(BLOCKS_A_THREAD * rayon::current_num_threads()) {
+            let written: Vec<Result<Vec<u8>, csv::Error>> =
                 some.par_iter().map(|block| self.block(block.clone(), start)).collect();
-            for (block, range) in written.into_iter().zip(some) {
-                let block = block?;
-                let header = block.iter().position(|b| *b == b'\n').map_or(0, |end| end + 1);
-                file.extend(&block[if range.start == 0 { 0 } else { header }..]);
+            for block in written {
+                out.write_all(&block?)?;
             }
         }
         Ok(())
@@ -113,11 +129,11 @@ impl ImportResult {
         Mapping { decimal, dates, column, ..mapping.clone() }
     }
 
-    /// The whole file; components to twelve digits.
+    /// Writes the whole file; components to twelve digits.
     ///
     /// # Errors
-    /// If the mapping cannot be written.
-    pub fn measured(&self, files: &[PathBuf], mapping: &Mapping) -> Result<Vec<u8>> {
+    /// If it cannot be written.
+    pub fn write(&self, path: &Path, files: &[PathBuf], mapping: &Mapping) -> Result<()> {
         let mut head = format!("{MARK}\n");
         let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
         writeln!(head, "# # of {}", names.join(", "))?;
@@ -136,8 +152,9 @@ impl ImportResult {
         for line in self.whole(mapping).to_toml()?.lines() {
             writeln!(head, "{}", format!("# {line}").trim_end())?;
         }
-        let mut file = head.into_bytes();
-        self.record.write(&mut file, self.start)?;
-        Ok(file)
+        Ok(whole_file::write_with(path, |out| {
+            out.write_all(head.as_bytes())?;
+            self.record.write(out, self.start)
+        })?)
     }
 }

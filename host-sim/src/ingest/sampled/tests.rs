@@ -2,7 +2,7 @@ use super::*;
 use crate::ingest::unit::Unit;
 
 fn read_text(text: &str) -> Result<Waveform> {
-    of_text(&Text::of("a.csv", text.as_bytes())?.without_comments())
+    of_text(&Text::of("a.csv", text.as_bytes().to_vec())?.without_comments())
 }
 
 fn values(waveform: &Waveform, channel: usize) -> &[f64] {
@@ -141,7 +141,7 @@ fn names_lose_their_unit_unless_two_would_be_one() {
 fn sheets_of_samples_are_read_as_text_is() {
     let texts = |number: usize, cells: &[&str]| SheetRow {
         number,
-        cells: cells.iter().map(|cell| Cell::text(cell)).collect(),
+        cells: cells.iter().map(|cell| Cell::copied(cell)).collect(),
     };
     let numbers = |number: usize, cells: &[f64]| SheetRow {
         number,
