@@ -428,11 +428,16 @@ fn options_that_do_not_fit_name_the_file() {
     let folder = Folder::new();
     let row = "1,11000,20,30,20,30\n";
     let file = folder.write("a.csv", HEAD.to_string() + row);
+    let named = folder.write("n.csv", format!("Machine: K-101\n{HEAD}{row}"));
+    run(&[&named], &folder.text("n.out.csv"), &["--machine", "K-101"]);
     let timeless = folder.write("b.csv", HEAD.replacen("Time [h]", "Load", 1) + row);
     for (file, options, says) in [
         (&file, ["--column", "nope=left"], ["a.csv", "--column \"nope\"", "expected one of `"]),
         (&file, ["--phase-shift", "2024-03-05=40"], ["a.csv", "--phase-shift", "without a calendar"]),
         (&timeless, ["--phase-shift", "2024-03-05=40"], ["b.csv", "--phase-shift", "no time"]),
+        (&file, ["--sheet", "May"], ["a.csv", "--sheet \"May\"", "there are no sheets"]),
+        (&file, ["--machine", "K-1"], ["a.csv", "--machine \"K-1\"", "no column names machines"]),
+        (&named, ["--machine", "K-1"], ["n.csv", "--machine \"K-1\"", "the file is of \"K-101\""]),
     ] {
         assert_says(&refused(&folder, file, &options), &says);
     }

@@ -66,6 +66,8 @@ pub struct ImportResult {
     /// What was completed of the times, and which rows were joined.
     pub times: CompletedTimes,
     pub joined: JoinedRows,
+    /// What is stated and no file has.
+    unused: Option<String>,
 }
 
 /// Imports files; `of_rotor` are the probes that are wanted, of a rotor.
@@ -74,6 +76,10 @@ pub struct ImportResult {
 /// One sentence with file, sheet, row and column, and the option that would help.
 pub fn import(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -> Result<ImportResult> {
     let mut all = gathered(files, of_rotor, mapping)?;
+    // of a file that shows the slow roll alone they are not asked
+    if let Some(unused) = &all.unused {
+        bail!("{}: {unused}", names(files));
+    }
     let dates = all.plans.iter().find_map(|(_, plan)| plan.dates);
     for shift in &mapping.phase_shift {
         all.turned +=
@@ -97,6 +103,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     let mut machine: Option<(String, String)> = None;
     let mut rules = vec![false; mapping.column.len()];
     let mut columns = String::new();
+    let mut has_sheets = false;
     for path in files {
         let sheets = format::sheets(path, table::score)?;
         let table = only_table(path, &sheets, mapping)?;
@@ -109,6 +116,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
         for (rule, used) in mapping.column.iter().zip(&mut rules) {
             *used |= table.columns.iter().any(|column| column.is(&rule.from));
         }
+        has_sheets |= table.sheet.name.is_some();
         columns = listed(table.columns.iter().map(|c| format!("`{}`", c.name)));
         let plan = plan(&table, of_rotor.map(<[String]>::to_vec), mapping)?;
         let run = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -129,6 +137,8 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
             plans[0].1.column(Quantity::Speed).map_or("", |column| &column.header)
         );
     }
+    let has_machines = plans.iter().any(|(_, plan)| plan.column(Quantity::Machine).is_some());
+    let unused = unused(mapping, has_sheets, has_machines, machine.map(|(name, _)| name));
     let places: Vec<String> = plans.iter().map(|(place, _)| place.clone()).collect();
     let times = times::complete(&mut record, &places)?;
     join::equal(&mut record);
@@ -158,7 +168,38 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
     if !mapping.keep_outliers {
         marked.outliers = repair::mark_outliers(&mut record);
     }
-    Ok(ImportResult { plans, record, marked, turned: 0, runout_um: None, sorted, start, times, joined })
+    Ok(ImportResult {
+        plans,
+        record,
+        marked,
+        turned: 0,
+        runout_um: None,
+        sorted,
+        start,
+        times,
+        joined,
+        unused,
+    })
+}
+
+/// What is stated of the sheet or the machine and no file has; `machine` is the one that the lines above a table name.
+fn unused(
+    mapping: &Mapping,
+    has_sheets: bool,
+    has_machines: bool,
+    machine: Option<String>,
+) -> Option<String> {
+    if let Some(sheet) = mapping.sheet.as_ref().filter(|_| !has_sheets) {
+        return Some(format!("--sheet \"{sheet}\": there are no sheets, expected a workbook, or no --sheet"));
+    }
+    let stated = mapping.machine.as_ref().filter(|_| !has_machines)?;
+    match machine {
+        None => Some(format!("--machine \"{stated}\": no column names machines, expected no --machine")),
+        Some(machine) if machine != *stated => Some(format!(
+            "--machine \"{stated}\": the file is of \"{machine}\", expected that or no --machine"
+        )),
+        Some(_) => None,
+    }
 }
 
 fn only_table<'a>(path: &Path, sheets: &'a [Sheet], mapping: &Mapping) -> Result<ReadingTable<'a>> {
