@@ -390,6 +390,14 @@ fn invalid_waveforms_are_refused_and_nothing_is_overwritten() {
         (&["--mv-um", "7.87", "--channel", "15X=1", "--channel", "15X=2"], "--channel 15X: is stated twice"),
         (&["--mv-um", "7.87", "--bin-rpm", "0"], "--bin-rpm: expected a positive number"),
         (&["--mv-um", "7.87", "--full-scale", "10"], "--full-scale"),
+        (
+            &["--mv-um", "7.87", "--rate-hz", "1"],
+            "a.csv: --rate-hz 1: a turn at --slowest-rpm 100 would have 0.6 samples, expected 8 to 16,777,216: --rate-hz with",
+        ),
+        (
+            &["--mv-um", "7.87", "--rate-hz", "1e12"],
+            "a.csv: --rate-hz 1000000000000: expected at most 1e9 samples",
+        ),
         (&["--mv-um", "7.87", "--gap-v", "-2", "-18"], "--gap-v"),
     ] {
         assert_says(&refused(&folder, &good, options), &[says]);

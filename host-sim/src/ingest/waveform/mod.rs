@@ -35,7 +35,7 @@ mod windows;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use rotor_edge_core::extraction::{Converter, ExtractionConfig};
 use rotor_edge_desktop::measurement::Reading;
 
@@ -197,9 +197,8 @@ fn of_file(
     let zero_mv = (converted.zero * unit_per_number * settings.unit().mv()) as f32;
     let config = extraction_config(settings, rate_hz, count, zero_mv);
     let mv_um: Vec<f32> = assigned.iter().map(|a| a.mv_um).collect();
-    let windows = windows::windows(&config, &mv_um, &converted.channels, &marks.all).with_context(|| {
-        format!("{file}: no extraction is possible with these settings and {rate_hz:.6} samples a second")
-    })?;
+    let windows = windows::windows(&config, &mv_um, &converted.channels, &marks.all)
+        .map_err(|error| settings.refusal(file, rate_hz, error))?;
     let names: Vec<String> = assigned.iter().map(|a| a.probe.clone()).collect();
     let losses = losses(&windows, &names, rate_hz);
     let uneven = vectors::uneven(&losses, &marks.all).filter(|_| found.key.is_some());

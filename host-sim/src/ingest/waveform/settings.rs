@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::{Error, Result, bail};
+use anyhow::{Error, Result, anyhow, bail};
 use clap::Args;
-use rotor_edge_core::extraction::ExtractionConfig;
+use rotor_edge_core::extraction::{ExtractionConfig, ExtractionError};
 use rotor_edge_desktop::measurement::LOWEST_GAP_V;
 
 use crate::ingest::unit::Unit;
@@ -160,6 +160,25 @@ impl Settings {
             );
         }
         Ok(())
+    }
+
+    /// Why the core extracts nothing with these settings and so many samples a second.
+    pub fn refusal(&self, file: &str, rate_hz: f64, error: ExtractionError) -> Error {
+        let rate = match self.rate_hz {
+            Some(stated) => format!("{file}: --rate-hz {stated}"),
+            None => format!("{file}: has {rate_hz:.6} samples a second"),
+        };
+        let (slowest_rpm, samples) = (self.slowest_rpm, 60.0 * rate_hz / self.slowest_rpm);
+        match error {
+            ExtractionError::SampleRate => {
+                anyhow!("{rate}: expected at most 1e9 samples a second, --rate-hz with those of the recorder")
+            }
+            ExtractionError::LongestTurn => anyhow!(
+                "{rate}: a turn at --slowest-rpm {slowest_rpm} would have {samples:.1} samples, expected 8 to 16,777,216: \
+                 --rate-hz with the samples a second of the recorder, another --slowest-rpm, or fewer --revolutions"
+            ),
+            error => anyhow!("{file}: cannot be extracted with these settings ({error})"),
+        }
     }
 
     /// Of the unit that is stated, or that a file states.
