@@ -226,7 +226,7 @@ fn deploy(path: &Path, only: &[String], trial_s: Option<f64>) -> Result<()> {
     }
     println!(
         "{} to deploy.\nNext, where the bus and the keys are: rotor-edge-plant worker {} --plant PLANT --bus NAME=BUS --keys FOLDER --once",
-        counted(new as usize, "model"),
+        counted(new, "model"),
         path.display()
     );
     Ok(())
