@@ -23,7 +23,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// The same, of what `put` writes piece by piece.
 ///
 /// # Errors
-/// As [`write`], and those of `put`.
+/// As [`write()`], and those of `put`.
 pub fn write_with(path: &Path, put: impl FnOnce(&mut dyn io::Write) -> io::Result<()>) -> Result<(), Error> {
     check_target(path)?;
     replace(path, put)

@@ -151,15 +151,7 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
             None => bail!("{}: there is no reading below the header", plans[0].0),
         }
     };
-    let has_column = |name: &String| {
-        let columns = plans.iter().flat_map(|(_, plan)| &plan.columns);
-        { columns }.any(|column| column.target.probe.as_ref() == Some(name))
-    };
-    let is_held = |p: usize| (0..record.samples.len()).any(|k| record.holds(k)[p]);
-    let lacking = (0..record.probes.len()).find(|p| !has_column(&record.probes[*p]) && !is_held(*p));
-    if let Some(p) = lacking {
-        bail!("{}: there is no column of the rotor's probe {}", plans[0].0, record.probes[p]);
-    }
+    require_probes(&record, &plans)?;
     let (start, sorted) = in_order(&mut record, start, &plans)?;
     let mut marked = MarkedValues::default();
     if !mapping.keep_stale {
@@ -180,6 +172,20 @@ fn gathered(files: &[PathBuf], of_rotor: Option<&[String]>, mapping: &Mapping) -
         joined,
         unused,
     })
+}
+
+/// Refuses a record in which neither a column nor a row has one of the rotor's probes.
+fn require_probes(record: &Record, plans: &[(String, Plan)]) -> Result<()> {
+    let has_column = |name: &String| {
+        let columns = plans.iter().flat_map(|(_, plan)| &plan.columns);
+        { columns }.any(|column| column.target.probe.as_ref() == Some(name))
+    };
+    let is_held = |p: usize| (0..record.samples.len()).any(|k| record.holds(k)[p]);
+    let lacking = (0..record.probes.len()).find(|p| !has_column(&record.probes[*p]) && !is_held(*p));
+    match lacking {
+        Some(p) => bail!("{}: there is no column of the rotor's probe {}", plans[0].0, record.probes[p]),
+        None => Ok(()),
+    }
 }
 
 /// What is stated of the sheet or the machine and no file has; `machine` is the one that the lines above a table name.
