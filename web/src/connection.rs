@@ -14,11 +14,14 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
+use tokio_io_timeout::TimeoutStream;
 
 /// Connections at once; each takes a descriptor, of which a process has often no more than 1,024.
 pub const MOST_CONNECTIONS: usize = 256;
 /// A client that has not sent the head of its next request after so long is closed; so is one that keeps a connection idle.
 pub const HEAD_TIME: Duration = Duration::from_secs(10);
+/// A client that takes nothing of an answer for so long is closed.
+pub const READ_TIME: Duration = Duration::from_secs(10);
 /// Before the next client is let in when one could not be.
 const CROWDED_PAUSE: Duration = Duration::from_millis(50);
 /// What a client is told while there are too many.
@@ -61,10 +64,12 @@ async fn answer(stream: TcpStream, peer: Peer, routes: Router) -> hyper::Result<
         request.extensions_mut().insert(peer);
         routes.call(request.map(Body::new))
     });
+    let mut stream = TimeoutStream::new(stream);
+    stream.set_write_timeout(Some(READ_TIME));
     http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(HEAD_TIME)
-        .serve_connection(TokioIo::new(stream), service)
+        .serve_connection(TokioIo::new(Box::pin(stream)), service)
         .await
 }
 

@@ -34,7 +34,9 @@ fn without_port(host: &str) -> &str {
 
 /// Refuses a request that names another host.
 pub async fn check(State(hosts): State<Hosts>, request: Request, next: Next) -> Response {
-    let named = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
+    let mut all = request.headers().get_all(header::HOST).iter();
+    // of two names, another program between may have looked at the other one
+    let named = all.next().filter(|_| all.next().is_none()).and_then(|host| host.to_str().ok());
     // the target of a request to a proxy names a host as well
     let target = request.uri().host();
     let is_known = named.is_some_and(|host| hosts.knows(host)) && target.is_none_or(|host| hosts.knows(host));
