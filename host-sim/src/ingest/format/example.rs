@@ -7,15 +7,15 @@ use super::super::sheet::{Cell, SheetRow};
 use super::super::sheets::Sheet;
 use super::{Content, Format};
 
-pub const JSON_LINES: Format = Format::of(&["jsonl"], is, |file, bytes| read(file, &bytes));
+pub const JSON_LINES: Format = Format::of(&["jsonl"], is, read);
 
 fn is(bytes: &[u8]) -> bool {
     bytes.starts_with(b"{\"")
 }
 
-fn read(file: &str, bytes: &[u8]) -> Result<Content> {
+fn read(file: &str, bytes: Vec<u8>) -> Result<Content> {
     let mut rows: Vec<SheetRow<'static>> = Vec::new();
-    for (i, line) in String::from_utf8_lossy(bytes).lines().enumerate() {
+    for (i, line) in String::from_utf8_lossy(&bytes).lines().enumerate() {
         let number = i + 1;
         let wrong = || format!("{file}: row {number}: expected a JSON object");
         let object: Map<String, Value> = serde_json::from_str(line).with_context(wrong)?;
