@@ -4,7 +4,6 @@ use std::collections::HashSet;
 use std::ops::ControlFlow;
 
 use anyhow::Result;
-use rayon::prelude::*;
 
 use super::conditions;
 use super::format::text::{Block, Text};
@@ -13,6 +12,7 @@ use super::preamble::{self, Line};
 use super::sheet::{Cell, SheetRow};
 use super::sheets::Sheet;
 use super::target::Quantity;
+use super::threads;
 
 /// Rows in which a header is looked for.
 const DEEPEST: usize = 200;
@@ -104,11 +104,9 @@ impl<'a> Rows<'a> {
     }
 
     /// What `of` makes of each block, in their order.
-    pub fn of_blocks<T: Send>(&self, of: impl Fn(&Self) -> T + Send + Sync) -> Vec<T> {
-        match &self.blocks()[..] {
-            [one] => vec![of(one)],
-            blocks => blocks.par_iter().map(of).collect(),
-        }
+    pub fn of_blocks<T: Send>(&self, of: impl Fn(&Self) -> T + Sync) -> Vec<T> {
+        let blocks = self.blocks();
+        threads::in_order(blocks.len(), |at| of(&blocks[at]))
     }
 
     /// The first that `find` finds in a row.

@@ -7,7 +7,6 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use rayon::prelude::*;
 use rotor_edge_desktop::measurement::{Reading, ReadingColumns, ReadingLines};
 use rotor_edge_desktop::whole_file;
 
@@ -16,6 +15,7 @@ use super::mapping::{MARK, Mapping};
 use super::record::Record;
 use crate::ingest::calendar::Moment;
 use crate::ingest::target::{Rule, Target};
+use crate::ingest::threads;
 
 /// Before the moment from which a record's days count, in its header comment.
 pub const COUNTS_FROM: &str = "time_d counts from ";
@@ -82,9 +82,7 @@ impl Record {
             (0..readings).step_by(BLOCK).map(|from| from..(from + BLOCK).min(readings)).collect();
         // a few at once, since all of them together would stand in memory
         for some in blocks.chunks(BLOCKS_A_THREAD * rayon::current_num_threads()) {
-            let written: Vec<Result<Vec<u8>, csv::Error>> =
-                some.par_iter().map(|block| self.block(block.clone(), start)).collect();
-            for block in written {
+            for block in threads::in_order(some.len(), |at| self.block(some[at].clone(), start)) {
                 out.write_all(&block?)?;
             }
         }
