@@ -1,26 +1,26 @@
-//! Rotor unbalance at the machine's edge: each 1x reading of one to eight proximity probes becomes the unbalance in one to
-//! four planes, and a verdict on whether the deployed model still describes the machine.
+//! Estimates the unbalance of a rotor beside the machine. From each 1x reading of one to eight proximity probes it computes
+//! the unbalance in one to four planes, and judges whether the deployed model still describes the machine.
 //!
-//! | module | what it is |
+//! | module | content |
 //! |---|---|
-//! | [`reading`] | what arrives: the probe vectors at one speed |
-//! | [`model`] | what was deployed: a shaft plus supports, forcings and probes |
-//! | [`response`] | dynamic stiffness at a speed, solved once: influence of the unbalance and what is there without it |
+//! | [`reading`] | readings: probe vectors at one speed |
+//! | [`model`] | the deployed model: shaft, supports, forcings and probes |
+//! | [`response`] | dynamic stiffness at a speed, factorised once: influence of the unbalance, and response without it |
 //! | [`fit`] | the problem of phase II: least absolute residual within a disc per plane |
-//! | [`polish`], [`swarm`] | its certified solution, and the search where there is no certificate |
-//! | [`track`] | phase II: the estimate of each reading within the bounds given |
-//! | [`stages`] | a reading screened, averaged, bounded and estimated, as a node does it |
-//! | [`residual`] | what the model leaves unexplained in a reading |
-//! | [`detector`] | residuals over time: floor, level, reference, flag, suspected bearing |
-//! | [`thresholds`] | what is judged by, in seconds |
-//! | [`memory`] | what must survive a loss of power |
-//! | [`state`] | what a monitor may say of the machine, and why |
+//! | [`polish`], [`swarm`] | its solution with a certificate, and the search without one |
+//! | [`track`] | phase II: estimate of each reading within given bounds |
+//! | [`stages`] | a reading is screened, averaged, bounded and estimated, as in a node |
+//! | [`residual`] | residual of a reading |
+//! | [`detector`] | residuals over time: floor, level, reference, flag, suspect bearing |
+//! | [`thresholds`] | thresholds of the detector, in seconds |
+//! | [`memory`] | data that must survive a loss of power |
+//! | [`state`] | states of a monitor and their reasons |
 //! | `can` | frames, messages, assembly of readings and results, ISO-TP |
-//! | `command` | deployment of a model and what else changes a monitor: authenticated and numbered |
-//! | [`extraction`] | raw probe samples and keyphasor marks to the 1x reading |
-//! | [`numerics`] | what a node calculates with, which may be compiled apart from it |
-//! | [`monitor`] | readings in, state and reason out: all that firmware without CAN calls |
-//! | `node` | frames in, frames out: all that a board calls |
+//! | `command` | deployments and other commands: authenticated and numbered |
+//! | [`extraction`] | 1x readings from samples of the probes and keyphasor marks |
+//! | [`numerics`] | the calculations of a node, which may be compiled separately |
+//! | [`monitor`] | readings in, state and reason out: the interface for firmware without CAN |
+//! | `node` | frames in, frames out: the interface for boards |
 //!
 //! # Conventions
 //! z along the shaft, rotation takes x into y. `u(t) = u_c cos Wt + u_s sin Wt`, phasor `Y = u_c − i u_s`, zero-to-peak,
@@ -28,10 +28,10 @@
 //! Displacement µm, unbalance g·mm, force µN, stiffness N/m, damping N·s/m, mass kg, speed rad/s or rpm as named. Since
 //! µN/(N/m) = µm and g·mm·(rad/s)² = µN, numbers in SI units carry over unchanged.
 //!
-//! # What it promises
-//! No heap, no I/O (time and frames are arguments), no recursion, no `dyn`, no function pointers, f32 throughout. Nothing
-//! panics, whatever arrives: `tests/no-panic` links the whole public path against a panic handler that does not exist.
-//! Errors are flat and `Copy`; a value refused leaves the state as it was. Equal inputs give equal bits.
+//! # Guarantees
+//! No heap, no I/O (time and frames are arguments), no recursion, no `dyn`, no function pointers, f32 throughout. No input
+//! causes a panic: `tests/no-panic` links the whole public interface against a missing panic handler. Errors are flat and
+//! `Copy`. A refused value leaves the state unchanged. Equal inputs give equal bits.
 //!
 //! # Features
 //! | feature | default | adds |
@@ -40,12 +40,12 @@
 //! | `command` | yes | the module `command`; with `can`, deployments to a node |
 //! | `large-models` | yes | room for more supports, knots and forcings: [`model::MAX_SUPPORTS`] and its neighbours |
 //! | `mac` | no | readings and results with a message authentication code; needs the first two |
-//! | `serde` | no | [`thresholds::Thresholds`] by the names of their fields, for programs on a desk |
+//! | `serde` | no | [`thresholds::Thresholds`] by field name, for desktop programs |
 //! | `defmt` | no | `defmt::Format` for states, readings and errors |
 //!
-//! Features only add. Without any of them everything else is there, for firmware with another bus or none.
+//! Features only add functions. Without any of them the crate suits firmware with another bus or none.
 //!
-//! # Dependencies, and where each earns its place
+//! # Dependencies and their use
 //! - [`nalgebra`]: fixed-size matrices and vectors of a model ([`model`], [`response`]); products and storage only, its
 //!   decompositions keep panics. A model is made of these types: take them from here, and the versions
 //!   agree. The same for [`heapless`].
