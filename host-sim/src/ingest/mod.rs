@@ -8,7 +8,6 @@
 //! | `sampling_preamble` | what stands above samples: rate, turns, unit |
 //! | `sampled`, `samples`, `sample_times` | tables whose rows are samples, channels of samples, and their times |
 //! | `streamed` | channels that stay in their file |
-//! | `threads` | work that threads share |
 //! | `words`, `phrases`, `header`, `probes` | what a column's header says: quantity, unit, probe |
 //! | `preamble`, `sensitivity` | what the lines above a table state |
 //! | `conditions` | headers of temperatures, pressures and loads |
@@ -39,7 +38,6 @@ mod sheets;
 mod streamed;
 mod table;
 pub(crate) mod target;
-mod threads;
 pub(crate) mod unit;
 pub mod waveform;
 pub(crate) mod weights;

@@ -7,7 +7,7 @@ use jiff::civil::DateTime;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell<'a> {
     Empty,
-    /// Of a text file as it stands there, since a copy of each of its cells takes longer than to read it.
+    /// Text; cells of a text file are borrowed from it, because copying each of them takes longer than reading the file.
     Text(Cow<'a, str>),
     Number(f64),
     /// A calendar time without a zone, as spreadsheets have them.

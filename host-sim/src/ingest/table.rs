@@ -1,5 +1,6 @@
 //! Where in a sheet the table is: what stands above it, its header, the units below that, its rows.
 
+use rayon::prelude::*;
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 
@@ -12,7 +13,6 @@ use super::preamble::{self, Line};
 use super::sheet::{Cell, SheetRow};
 use super::sheets::Sheet;
 use super::target::Quantity;
-use super::threads;
 
 /// Rows in which a header is looked for.
 const DEEPEST: usize = 200;
@@ -103,10 +103,9 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// What `of` makes of each block, in their order.
-    pub fn of_blocks<T: Send>(&self, of: impl Fn(&Self) -> T + Sync) -> Vec<T> {
-        let blocks = self.blocks();
-        threads::in_order(blocks.len(), |at| of(&blocks[at]))
+    /// Results of `of` for each block, computed on several threads, in the order of the blocks.
+    pub fn of_blocks<T: Send>(&self, of: impl Fn(&Self) -> T + Sync + Send) -> Vec<T> {
+        self.blocks().par_iter().map(of).collect()
     }
 
     /// The first that `find` finds in a row.

@@ -216,3 +216,25 @@ pub fn in_a_word(command: FleetCommand, answer: &str) -> String {
         },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_show_counts_and_last_forecast_with_interval() {
+        let track = in_a_word(FleetCommand::Track, r#"{"estimates": [1, 2], "flags": [9]}"#);
+        assert_eq!(track, "2 days, 1 flag");
+        let day = |time: &str, value: f64| {
+            format!(
+                r#"{{"time_d": 364.0, "time": {time}, "U_g": {{"value": {value}, "low": 203.4, "high": 1280.0}}}}"#
+            )
+        };
+        let answer = |last: String| format!(r#"{{"forecast": [{}, {last}]}}"#, day("null", 1.0));
+        let forecast = |last: String| in_a_word(FleetCommand::Forecast, &answer(last));
+        assert_eq!(forecast(day("null", 742.3)), "static unbalance 742 g·mm on day 364 (203 to 1,280)");
+        let dated = forecast(day(r#""2026-03-01T06:00:00Z""#, 742.3));
+        assert_eq!(dated, "static unbalance 742 g·mm on 2026-03-01 (203 to 1,280)");
+        assert_eq!(in_a_word(FleetCommand::Forecast, r#"{"forecast": []}"#), "no forecast");
+    }
+}

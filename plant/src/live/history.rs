@@ -4,7 +4,7 @@ use anyhow::Result;
 use rusqlite::Connection;
 
 /// Stretches of a period, as many as a figure has room for.
-const STRETCHES: i64 = 300;
+pub const STRETCHES: i64 = 300;
 /// Rows that a stretch is judged by, its first ones, so that a month is shown as fast as an hour: of an hour with ten readings
 /// a second these are all.
 pub const MOST_ROWS: usize = 120;
@@ -43,12 +43,14 @@ pub struct Resolution {
     pub rows: usize,
 }
 
-/// Time of the `number`th newest reading, or of the oldest if there are fewer, µs since 1970; none without readings.
+/// Time of the `number`th newest reading, or of the oldest if there are fewer, µs since 1970; none without readings. Readings with
+/// a doubtful time are left out, as in figures.
 ///
 /// # Errors
 /// If the store cannot be read.
 pub fn nth_newest_us(connection: &Connection, source: i64, number: u32) -> Result<Option<i64>> {
-    let sql = "SELECT min(time_us) FROM (SELECT time_us FROM reading WHERE source = ? ORDER BY epoch DESC, sequence DESC LIMIT ?)";
+    let sql = "SELECT min(time_us) FROM (SELECT time_us FROM reading WHERE source = ? AND clock_doubtful = 0 \
+               ORDER BY time_us DESC LIMIT ?)";
     Ok(connection.query_row(sql, (source, number), |row| row.get(0))?)
 }
 
@@ -141,5 +143,17 @@ mod tests {
         assert_eq!(all[0].spreads, [Some(Spread { mean: 2.0, least: 1.0, most: 3.0 }), amplitude]);
         assert_eq!(all[1].spreads, [None, None]);
         assert_eq!(all[299].spreads, [Some(Spread { mean: 5.0, least: 5.0, most: 5.0 }), amplitude]);
+    }
+
+    #[test]
+    fn nth_newest_time_counts_no_doubtful_clock() {
+        let connection = Connection::open_in_memory().unwrap();
+        connection.execute_batch("CREATE TABLE reading (source, time_us, clock_doubtful)").unwrap();
+        for row in [(7, 10, 0), (7, 5, 1), (7, 30, 0), (7, 20, 0), (8, 1, 0), (9, 4, 1)] {
+            connection.execute("INSERT INTO reading VALUES (?1, ?2, ?3)", row).unwrap();
+        }
+        let time_us = |source, number| nth_newest_us(&connection, source, number).unwrap();
+        assert_eq!([2, 3, 9].map(|number| time_us(7, number)), [Some(20), Some(10), Some(10)]);
+        assert_eq!(time_us(9, 1), None);
     }
 }

@@ -11,7 +11,7 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::phasor_m;
 use rusqlite::{Connection, OptionalExtension as _};
 
-use super::history::{MOST_ROWS, Quantity, Stretch, of};
+use super::history::{MOST_ROWS, Quantity, STRETCHES, Stretch, of};
 use super::moment::moment;
 use crate::names::Names;
 
@@ -117,7 +117,7 @@ pub fn figures(
         "Nothing was recorded in this period.".into()
     } else {
         format!(
-            "Until {}. A curve has 300 points, each the mean of up to {MOST_ROWS} values. The band shows minimum and maximum of the first \
+            "Until {}. A curve has {STRETCHES} points, each the mean of up to {MOST_ROWS} values. The band shows minimum and maximum of the first \
              curve. A gap means that nothing was recorded.",
             moment(now_us)
         )

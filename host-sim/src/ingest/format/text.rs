@@ -24,7 +24,7 @@ pub struct Text {
     text: String,
     /// Lines that begin with it are no rows.
     comment: Option<u8>,
-    /// Where each block begins, and the number of its first line; looked for once.
+    /// Start of each block, bytes, and the number of its first line; computed once.
     blocks: OnceLock<Vec<(usize, usize)>>,
 }
 
@@ -105,7 +105,7 @@ impl Text {
         self.first_lines().filter(is).map(row).collect()
     }
 
-    /// Its parts, each of whole rows: a line ends a row behind the last quotation mark.
+    /// Blocks of whole rows. Only behind the last quotation mark does every end of a line end a row.
     pub fn blocks(&self) -> impl Iterator<Item = Block<'_>> {
         let all = self.blocks.get_or_init(|| self.begins());
         all.iter().enumerate().map(|(i, (begin, line))| {
@@ -148,7 +148,7 @@ impl Text {
     }
 }
 
-/// Rows that follow one another.
+/// Consecutive rows of a text.
 #[derive(Debug, Clone, Copy)]
 pub struct Block<'a> {
     text: &'a str,

@@ -13,7 +13,7 @@ impl Record {
         }
     }
 
-    /// Makes room for so many more readings, as what grows stands in memory twice.
+    /// Reserves memory for this many further readings, because a growing vector is in memory twice.
     pub(super) fn reserve(&mut self, readings: usize) {
         self.samples.reserve(readings);
         self.phasors.reserve(readings * self.probes.len());

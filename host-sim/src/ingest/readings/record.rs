@@ -1,5 +1,6 @@
 //! The rows of tables as readings of all probes.
 
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 
@@ -17,7 +18,6 @@ use crate::ingest::conditions;
 use crate::ingest::sheet::SheetRow;
 use crate::ingest::table::{ReadingTable, Rows};
 use crate::ingest::target::Quantity;
-use crate::ingest::threads;
 
 /// A value that was lost.
 pub(super) const LOST: Complex<f64> = Complex::new(f64::NAN, f64::NAN);
@@ -236,7 +236,8 @@ impl Record {
         let last_data = blocks.iter().rev().find_map(|rows| of_rows.last_data(rows)).unwrap_or(0);
         self.reserve(table.rows.most());
         for some in blocks.chunks(BLOCKS_A_THREAD * rayon::current_num_threads()) {
-            let of_some = threads::in_order(some.len(), |at| self.part(&of_rows, &some[at], last_data));
+            let of_some: Vec<Result<Self>> =
+                some.par_iter().map(|rows| self.part(&of_rows, rows, last_data)).collect();
             for part in of_some {
                 self.append(part?);
             }

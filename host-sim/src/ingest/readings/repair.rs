@@ -3,11 +3,11 @@
 
 use anyhow::{Result, anyhow, bail};
 use nalgebra::Complex;
+use rayon::prelude::*;
 use rotor_edge_desktop::measurement::frozen;
 
 use super::record::Record;
 use crate::ingest::calendar::{self, DateOrder, Moment, ParsedMoment};
-use crate::ingest::threads;
 
 /// Readings are neighbours if their speeds differ by no more than this, relative: a resonance is no outlier.
 const STEADY: f64 = 0.005;
@@ -39,7 +39,8 @@ pub fn mark_stale(record: &mut Record) -> usize {
 
 /// Marks readings of each probe as lost, and counts them.
 fn mark(record: &mut Record, of_probe: fn(&Record, usize) -> Vec<usize>) -> usize {
-    let all = threads::in_order(record.probes.len(), |p| of_probe(record, p));
+    let all: Vec<Vec<usize>> =
+        (0..record.probes.len()).into_par_iter().map(|p| of_probe(record, p)).collect();
     for (p, marked) in all.iter().enumerate() {
         marked.iter().for_each(|k| record.set(*k, p, None));
     }

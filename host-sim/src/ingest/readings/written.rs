@@ -1,5 +1,6 @@
 //! The readings as `measured.csv`, with everything that made them in its header comment.
 
+use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 use std::io;
@@ -15,7 +16,6 @@ use super::mapping::{MARK, Mapping};
 use super::record::Record;
 use crate::ingest::calendar::Moment;
 use crate::ingest::target::{Rule, Target};
-use crate::ingest::threads;
 
 /// Before the moment from which a record's days count, in its header comment.
 pub const COUNTS_FROM: &str = "time_d counts from ";
@@ -82,7 +82,8 @@ impl Record {
             (0..readings).step_by(BLOCK).map(|from| from..(from + BLOCK).min(readings)).collect();
         // a few at once, since all of them together would stand in memory
         for some in blocks.chunks(BLOCKS_A_THREAD * rayon::current_num_threads()) {
-            for block in threads::in_order(some.len(), |at| self.block(some[at].clone(), start)) {
+            let written: Vec<_> = some.par_iter().map(|rows| self.block(rows.clone(), start)).collect();
+            for block in written {
                 out.write_all(&block?)?;
             }
         }
