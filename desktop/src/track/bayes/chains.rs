@@ -5,10 +5,10 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rayon::prelude::*;
 
-use super::independence::{Student, Walker};
+use super::independence::Walker;
 use super::marginal::{BearingGaussian, ConditionalUnbalance, Marginal};
+use super::mixture::Mixture;
 use super::sampling::{PosteriorSample, Quality};
-use crate::track::coefficients::Logs;
 
 /// Independent chains, and the width of their starts relative to the proposals.
 pub const CHAINS: usize = 4;
@@ -38,21 +38,20 @@ struct SampledChain {
     samples: Vec<PosteriorSample>,
 }
 
-/// Samples a target with `proposals` of each chain a round; the search for the mode begins at `starts`, logarithms
-/// relative to the prior's mean. `None` if the machine is singular there.
-pub fn draw(target: &Marginal, starts: &[Logs], proposals: usize, seed: u64) -> Option<PosteriorSamples> {
-    let mut student = target.proposals(starts)?;
-    let density = |z: &DVector<f64>| target.log_density(z);
+/// Samples a target with `proposals` of each chain a round. `None` if the machine is singular everywhere.
+pub fn draw(target: &Marginal, proposals: usize, seed: u64) -> Option<PosteriorSamples> {
+    let mut mixture = target.proposals(seed)?;
+    let density = |z: &DVector<f64>| Some(target.log_density(z)?.0);
     for k in 0..MATCHED {
-        student = student.matched(&density, proposals, seed.wrapping_add(k)).unwrap_or(student);
+        mixture = mixture.matched(&density, proposals, seed.wrapping_add(k)).unwrap_or(mixture);
     }
     for (renewal, rounds) in ROUNDS.into_iter().enumerate() {
         let seed = seed.wrapping_mul(0x9e37_79b9).wrapping_add(renewal as u64);
-        let found = with_proposals(target, &student, proposals, rounds, seed)?;
+        let found = with_proposals(target, &mixture, proposals, rounds, seed)?;
         if renewal + 1 == ROUNDS.len() || agreed(&found.quality) {
             return Some(found);
         }
-        student = student.matched(&density, CHAINS * proposals, seed).unwrap_or(student);
+        mixture = mixture.matched(&density, CHAINS * proposals, seed).unwrap_or(mixture);
     }
     None
 }
@@ -71,7 +70,7 @@ fn rounds_needed(quality: &Quality, rounds: usize) -> usize {
 /// Chains with proposals of one distribution, run for as many rounds as the first promises to take.
 fn with_proposals(
     target: &Marginal,
-    student: &Student,
+    mixture: &Mixture,
     proposals: usize,
     most_rounds: usize,
     seed: u64,
@@ -79,7 +78,7 @@ fn with_proposals(
     let density = |z: &DVector<f64>| target.log_density(z);
     let start = |chain: u64| {
         let random = StdRng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(chain));
-        let walker = Walker::start(student, DISPERSED, random, &density)?;
+        let walker = Walker::start(mixture, DISPERSED, random, &density)?;
         Some(SampledChain { walker, samples: Vec::new() })
     };
     let mut chains: Vec<SampledChain> = (0..CHAINS as u64).map(start).collect::<Option<_>>()?;
@@ -88,7 +87,7 @@ fn with_proposals(
     let quality = loop {
         let left_out = if rounds == 0 { burn_in } else { 0 };
         chains.par_iter_mut().for_each(|SampledChain { walker, samples }| {
-            walker.go(student, (wanted - rounds) * proposals, &density, &mut |given, random| {
+            walker.go(mixture, (wanted - rounds) * proposals, &density, &mut |given, random| {
                 samples
                     .push(PosteriorSample { logs: given.logs.clone(), unbalance_kg_m: given.draw(random) });
             });

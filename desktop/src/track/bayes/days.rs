@@ -147,7 +147,7 @@ impl Tracking<'_> {
     fn sample(&self, day: &Day, k: usize, walk: &BearingWalk) -> Option<(ReadingEstimate, PosteriorSamples)> {
         let days = [day];
         let target = Marginal::new(&days, self.unbalance_kg_m.len(), &walk.prior(), None)?;
-        let drawn = self.draw(&target, &[vec![0.0; self.logs.len()]], k as u64)?;
+        let drawn = self.draw(&target, k as u64)?;
         let (given, _) = target.given(&moments(&drawn.samples).logs)?;
         let middle =
             PosteriorSample { logs: given.logs, unbalance_kg_m: given.unbalance_kg_m.as_slice().to_vec() };
@@ -158,9 +158,9 @@ impl Tracking<'_> {
         Some((estimate, drawn))
     }
 
-    fn draw(&self, target: &Marginal, starts: &[Logs], stream: u64) -> Option<PosteriorSamples> {
+    fn draw(&self, target: &Marginal, stream: u64) -> Option<PosteriorSamples> {
         let seed = self.config.seed.wrapping_mul(0x9e37_79b9).wrapping_add(stream);
-        draw(target, starts, self.config.proposals, seed)
+        draw(target, self.config.proposals, seed)
     }
 
     /// The second loop, on the readings up to day `k` that raised a flag.
@@ -184,7 +184,7 @@ impl Tracking<'_> {
             }
             jump => {
                 let known = if let Jump::Helps(free) = &jump { free } else { &now };
-                let found = self.widely(streak, suspect, state, run);
+                let found = self.widely(streak, state, run);
                 let found = found.filter(|(_, after)| self.better(after, known));
                 if let Some((identified, after)) = found {
                     run.reidentified.push(Reidentified {
@@ -223,7 +223,6 @@ impl Tracking<'_> {
     fn widely(
         &self,
         streak: &[&Day],
-        suspect: usize,
         state: &DailyState,
         run: &TrackedRecord,
     ) -> Option<(BearingGaussian, Vec<ReadingEstimate>)> {
@@ -234,27 +233,12 @@ impl Tracking<'_> {
         let held: Vec<(C, f64)> = held.into_iter().zip(state.unbalance_sd_kg_m.iter().copied()).collect();
         let target = Marginal::new(streak, held.len(), &before, Some(&held))?;
         let stream = 1_000_000 + run.flags.len() as u64;
-        let starts: Vec<Logs> = (0..STARTS).map(|k| beside(k, suspect, &self.numbers)).collect();
-        let identified = moments(&self.draw(&target, &starts, stream)?.samples);
+        let identified = moments(&self.draw(&target, stream)?.samples);
         let (given, _) = target.given(&identified.logs)?;
         let unbalance_kg_m = given.unbalance_kg_m.as_slice().to_vec();
         let after = self.restart(streak, &identified.logs, unbalance_kg_m)?;
         Some((identified, after))
     }
-}
-
-/// Starts of the second loop: the previous bearings, and the suspect bearing stiffer or softer, more or less damped, by
-/// this logarithm.
-const STARTS: usize = 5;
-const BESIDE: f64 = 0.5;
-
-fn beside(k: usize, suspect: usize, numbers: &[FollowedNumber]) -> Logs {
-    let log = |n: &FollowedNumber| {
-        let up = if n.is_damping() { k & 1 == 0 } else { k & 2 == 0 };
-        let size = if up { BESIDE } else { -BESIDE } * n.width();
-        if k + 1 < STARTS && n.bearing == suspect { size } else { 0.0 }
-    };
-    numbers.iter().map(log).collect()
 }
 
 /// Standard deviation of each plane's unbalance in each direction, kg·m.

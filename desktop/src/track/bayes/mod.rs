@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `days` | the two loops: every day, and in the whole range after a flag |
 //! | `marginal` | posterior of the bearings with the unbalance integrated out |
-//! | `ridge` | coordinates that follow the curved ridge of that posterior |
+//! | `mixture` | mixture of Student distributions that is matched to that posterior |
 //! | `independence`, `chains` | the sampler; its chains from dispersed starts, run until they converge |
 //! | [`sampling`] | samples and their convergence |
 //! | `paper`, `paper_posterior`, `random_walk` | the method as published |
@@ -13,8 +13,8 @@ mod chains;
 mod days;
 mod independence;
 mod marginal;
+mod mixture;
 mod paper;
 mod paper_posterior;
 mod random_walk;
-mod ridge;
 pub mod sampling;
