@@ -11,7 +11,7 @@ use nalgebra::{
     Complex, DMatrix, DVector, DVectorView, DefaultAllocator, Dim, Dyn, Matrix, Matrix2, OMatrix, Storage,
 };
 
-use crate::decomposition::small::solve_both;
+use crate::decomposition::small::{solve, solve_both};
 use crate::error::Error;
 use crate::model::terms::Support;
 use crate::model::{self, Model};
@@ -123,6 +123,12 @@ struct WhirlReceptances {
     held: DMatrix<C>,
     /// D × probes.
     probe_held: DMatrix<C>,
+}
+
+/// `1 + ΔH`, and `Δ H₀`.
+struct UpdateSystem {
+    matrix: DMatrix<C>,
+    forces: DMatrix<C>,
 }
 
 /// The machine on its actual supports at one speed.
@@ -325,25 +331,15 @@ impl Receptances {
     /// machine is singular on them.
     pub fn respond(&self, supports: &Supports, mounted: &[Mounted]) -> Option<UpdatedResponse> {
         SOLVED.fetch_add(1, Ordering::Relaxed);
-        let excess = supports.excess(&self.nominal);
-        let d = self.held.nrows();
-        let mut system = excess.forces(&self.held);
-        (0..d).for_each(|i| system[(i, i)] += 1.0);
-        let mut forces = excess.forces(&self.held_force);
+        let UpdateSystem { matrix, mut forces } = self.system(supports);
         let mut seen_from = self.probe_held.clone();
         less_housings(&mut seen_from, &self.held, mounted);
         let mut adjoint = seen_from.clone();
-        solve_both(system, &mut forces, &mut adjoint)?;
-        let probes = seen_from.ncols();
+        solve_both(matrix, &mut forces, &mut adjoint)?;
         let mut held = self.held_force.clone();
         held.gemm(C::from(-1.0), &self.held, &forces, C::from(1.0));
-        let mut shown = self.probe_force.clone();
-        let columns = shown.chunks_exact_mut(probes.max(1));
-        for (shown, forces) in columns.zip(forces.column_iter()) {
-            for (shown, seen_from) in shown.iter_mut().zip(seen_from.column_iter()) {
-                *shown -= seen_from.dot(&forces);
-            }
-        }
+        let shown = self.shown(&seen_from, &forces);
+        let probes = seen_from.ncols();
         let mut response = UpdatedResponse { probes: shown, held, adjoint, mounted: mounted.to_vec() };
         for (column, motion) in self.held_force.column_iter().enumerate() {
             for m in mounted {
@@ -351,6 +347,34 @@ impl Receptances {
             }
         }
         Some(response)
+    }
+
+    /// Motion at each probe under each column, for probes on the ground: columns in turn, probes within. `None` if the machine is
+    /// singular on these supports.
+    pub fn motions(&self, supports: &Supports) -> Option<Vec<C>> {
+        SOLVED.fetch_add(1, Ordering::Relaxed);
+        let UpdateSystem { matrix, mut forces } = self.system(supports);
+        solve(matrix, &mut forces)?;
+        Some(self.shown(&self.probe_held, &forces))
+    }
+
+    fn system(&self, supports: &Supports) -> UpdateSystem {
+        let excess = supports.excess(&self.nominal);
+        let mut matrix = excess.forces(&self.held);
+        (0..matrix.nrows()).for_each(|i| matrix[(i, i)] += 1.0);
+        UpdateSystem { matrix, forces: excess.forces(&self.held_force) }
+    }
+
+    /// Motion at each probe under each column with these forces of the supports' excess.
+    fn shown(&self, seen_from: &DMatrix<C>, forces: &DMatrix<C>) -> Vec<C> {
+        let mut shown = self.probe_force.clone();
+        let columns = shown.chunks_exact_mut(seen_from.ncols().max(1));
+        for (shown, forces) in columns.zip(forces.column_iter()) {
+            for (shown, seen_from) in shown.iter_mut().zip(seen_from.column_iter()) {
+                *shown -= seen_from.dot(&forces);
+            }
+        }
+        shown
     }
 
     /// Change at every probe per unit of damping inside the shaft, for a motion of the held places.

@@ -130,8 +130,17 @@ impl OperatingPoint {
     /// The response on these bearings, in the planes' unbalance and everything known; `None` if the machine is
     /// singular on them.
     pub fn on(&self, logs: &[f64]) -> Option<UpdatedResponse> {
-        let own = (0..self.bearings.len()).map(|bearing| self.stiffness(bearing, logs)).collect();
-        self.receptances.respond(&Supports::apart(own), &[])
+        self.receptances.respond(&self.supports(logs), &[])
+    }
+
+    /// The motion of the probes on these bearings alone, m per unit of each plane's unbalance (kg·m) and of everything known: columns
+    /// in turn, probes within. `None` if the machine is singular on them.
+    pub fn motions_on(&self, logs: &[f64]) -> Option<Vec<C>> {
+        self.receptances.motions(&self.supports(logs))
+    }
+
+    fn supports(&self, logs: &[f64]) -> Supports {
+        Supports::apart((0..self.bearings.len()).map(|bearing| self.stiffness(bearing, logs)).collect())
     }
 
     /// Change of every probe (m) per unit of each logarithm, at these unbalances (kg·m): probes × logarithms.
@@ -209,7 +218,9 @@ mod tests {
         let (rotor, logs) = changed();
         let basis = basis::supported(&Model::finite_elements(&sample_rotor()), tracking(2));
         let whole = Model::finite_elements(&rotor).projected(&basis).response(SPEED).unwrap();
-        let motion = FollowedMachine::of(&sample_rotor()).at(SPEED).unwrap().on(&logs).unwrap();
+        let point = FollowedMachine::of(&sample_rotor()).at(SPEED).unwrap();
+        let motion = point.on(&logs).unwrap();
+        assert_eq!(point.motions_on(&logs).unwrap(), motion.probes);
         let expected = whole.at(&DVector::from_vec(unbalance()));
         for (y, expected) in motion.at(&unbalance()).iter().zip(expected.iter()) {
             assert!((y - expected).norm() < 1e-9 * expected.norm());

@@ -19,6 +19,9 @@ const BURN_IN: f64 = 0.2;
 /// that are worth 400 samples together differ by chance alone as an R-hat of 1.01 does, one of a dozen quantities by more.
 const AGREED: f64 = 1.02;
 const ENOUGH: f64 = 400.0;
+/// Bounds of the growth of chains from one test of convergence to the next.
+const LEAST_GROWTH: f64 = 1.2;
+const MOST_GROWTH: f64 = 2.0;
 /// Most rounds with each proposal distribution: after the first it is matched to the target by more draws.
 const ROUNDS: [usize; 3] = [4, 4, 8];
 /// Samples beyond those that the first ones promise to be enough: an effective size is itself an estimate.
@@ -60,14 +63,15 @@ fn agreed(quality: &Quality) -> bool {
     quality.r_hat <= AGREED && quality.effective_bulk.min(quality.effective_tail) >= ENOUGH
 }
 
-/// Rounds in all after which chains that were sampled for `rounds` promise to agree.
-fn rounds_needed(quality: &Quality, rounds: usize) -> usize {
+/// Factor on the length of chains of this quality after which they promise to agree: effective samples grow with the length, and the
+/// excess of R-hat over one shrinks with it.
+fn growth(quality: &Quality) -> f64 {
     let effective = quality.effective_bulk.min(quality.effective_tail);
-    let needed = (MARGIN * rounds as f64 * ENOUGH / effective.max(1.0)).ceil();
-    (needed as usize).max(rounds + 1)
+    let excess = (quality.r_hat - 1.0) / (AGREED - 1.0);
+    (MARGIN * excess.max(ENOUGH / effective.max(1.0))).clamp(LEAST_GROWTH, MOST_GROWTH)
 }
 
-/// Chains with proposals of one distribution, run for as many rounds as the first promises to take.
+/// Chains with proposals of one distribution, run for as long as the first round promises to take.
 fn with_proposals(
     target: &Marginal,
     mixture: &Mixture,
@@ -83,23 +87,24 @@ fn with_proposals(
     };
     let mut chains: Vec<SampledChain> = (0..CHAINS as u64).map(start).collect::<Option<_>>()?;
     let burn_in = (BURN_IN * proposals as f64) as usize;
-    let (mut rounds, mut wanted) = (0, 1);
+    let most = most_rounds * proposals;
+    let (mut made, mut wanted) = (0, proposals);
     let quality = loop {
-        let left_out = if rounds == 0 { burn_in } else { 0 };
+        let left_out = if made == 0 { burn_in } else { 0 };
         chains.par_iter_mut().for_each(|SampledChain { walker, samples }| {
-            walker.go(mixture, (wanted - rounds) * proposals, &density, &mut |given, random| {
+            walker.go(mixture, wanted - made, &density, &mut |given, random| {
                 samples
                     .push(PosteriorSample { logs: given.logs.clone(), unbalance_kg_m: given.draw(random) });
             });
             samples.drain(..left_out);
         });
-        rounds = wanted;
+        made = wanted;
         let acceptance = chains.iter().map(|c| c.walker.acceptance()).sum::<f64>() / CHAINS as f64;
         let quality = Quality::of(acceptance, &quantities(&chains))?;
-        if agreed(&quality) || rounds == most_rounds {
+        if agreed(&quality) || made == most {
             break quality;
         }
-        wanted = rounds_needed(&quality, rounds).min(2 * rounds).min(most_rounds);
+        wanted = ((made as f64 * growth(&quality)) as usize).min(most);
     };
     let samples = chains.into_iter().flat_map(|c| c.samples).collect();
     Some(PosteriorSamples { samples, quality })

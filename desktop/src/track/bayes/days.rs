@@ -148,7 +148,7 @@ impl Tracking<'_> {
         let days = [day];
         let target = Marginal::new(&days, self.unbalance_kg_m.len(), &walk.prior(), None)?;
         let drawn = self.draw(&target, k as u64)?;
-        let (given, _) = target.given(&moments(&drawn.samples).logs)?;
+        let (given, _) = target.given(moments(&drawn.samples).logs)?;
         let middle =
             PosteriorSample { logs: given.logs, unbalance_kg_m: given.unbalance_kg_m.as_slice().to_vec() };
         let mut estimate = self.estimate(day, &middle.logs, middle.unbalance_kg_m.clone())?;
@@ -234,7 +234,7 @@ impl Tracking<'_> {
         let target = Marginal::new(streak, held.len(), &before, Some(&held))?;
         let stream = 1_000_000 + run.flags.len() as u64;
         let identified = moments(&self.draw(&target, stream)?.samples);
-        let (given, _) = target.given(&identified.logs)?;
+        let (given, _) = target.given(identified.logs.clone())?;
         let unbalance_kg_m = given.unbalance_kg_m.as_slice().to_vec();
         let after = self.restart(streak, &identified.logs, unbalance_kg_m)?;
         Some((identified, after))

@@ -22,7 +22,7 @@ use crate::track::record::Day;
 type C = Complex<f64>;
 
 /// Search for a centre of the proposals, which need not be exact.
-const STOP: Stop = Stop::after(10, 1e-3);
+const STOP: Stop = Stop::after(5, 0.01);
 
 #[derive(Debug, Clone)]
 pub struct BearingGaussian {
@@ -124,7 +124,7 @@ impl<'a> Marginal<'a> {
         let (mut columns, mut target) = (DMatrix::zeros(rows, self.planes), DVector::zeros(rows));
         let mut row = 0;
         for day in self.days {
-            let shown = day.point.on(logs)?.probes;
+            let shown = day.point.motions_on(logs)?;
             let count = day.measured_m.len();
             for (p, y) in day.measured_m.iter().enumerate() {
                 let Some(y) = y else { continue };
@@ -143,14 +143,14 @@ impl<'a> Marginal<'a> {
     }
 
     /// The unbalance on these bearings, and the remaining squared misfit in noise units.
-    pub fn given(&self, logs: &[f64]) -> Option<(ConditionalUnbalance, f64)> {
-        let Solved { unbalance_kg_m, precision, misfit } = self.system(logs)?.solved()?;
-        Some((ConditionalUnbalance { logs: logs.to_vec(), unbalance_kg_m, precision }, misfit))
+    pub fn given(&self, logs: Logs) -> Option<(ConditionalUnbalance, f64)> {
+        let Solved { unbalance_kg_m, precision, misfit } = self.system(&logs)?.solved()?;
+        Some((ConditionalUnbalance { logs, unbalance_kg_m, precision }, misfit))
     }
 
     /// Logarithm of the density up to a constant, and the unbalance there; `None` where the machine is singular.
     pub fn log_density(&self, z: &DVector<f64>) -> Option<(f64, ConditionalUnbalance)> {
-        let (given, misfit) = self.given(&self.logs(z))?;
+        let (given, misfit) = self.given(self.logs(z))?;
         let sizes = if self.unbalance.is_none() { given.log_scale_free() } else { 0.0 };
         Some((sizes - 0.5 * (misfit + z.norm_squared()) - given.log_det(), given))
     }
@@ -305,7 +305,7 @@ mod tests {
         let (day, before) = (day(), before());
         let days = [&day];
         let target = Marginal::new(&days, 2, &before, None).unwrap();
-        let (given, misfit) = target.given(&before.logs).unwrap();
+        let (given, misfit) = target.given(before.logs.clone()).unwrap();
         assert!(misfit < 1e-9, "the bearings are the true ones: {misfit}");
         let mut random = StdRng::seed_from_u64(1);
         let drawn: Vec<Vec<C>> = (0..20_000).map(|_| given.draw(&mut random)).collect();
@@ -322,5 +322,42 @@ mod tests {
             drawn.iter().map(|u| (u[0] - given.unbalance_kg_m[0]) * (u[1] - given.unbalance_kg_m[1]).conj());
         let cross = cross.sum::<C>() / 40_000.0;
         assert!((cross - covariance[(0, 1)]).norm() < 0.05 * covariance[(0, 1)].norm(), "{cross}");
+    }
+
+    #[test]
+    fn components_of_nearly_linear_model_are_its_posterior() {
+        let (mut day, mut before) = (day(), before());
+        before.covariance *= 0.01;
+        day.sigma_m.iter_mut().for_each(|s| *s *= 0.05);
+        let days = [&day];
+        let target = Marginal::new(&days, 2, &before, None).unwrap();
+        let all: Vec<Component> = (0..COMPONENTS as u64).filter_map(|k| target.component(1, k)).collect();
+        assert_eq!(all.len(), COMPONENTS);
+        for c in &all {
+            assert!((&c.centre - &all[0].centre).amax() < 0.2, "{} {}", c.centre, all[0].centre);
+            assert!((&c.scale - &all[0].scale).amax() < 0.15, "{} {}", c.scale, all[0].scale);
+        }
+        // the reading determines some directions and leaves the others to the prior
+        let variances = all[0].scale.clone().symmetric_eigenvalues();
+        assert!(variances.min() < 0.1 && (variances.max() - 1.0).abs() < 1e-6, "{variances}");
+    }
+
+    #[test]
+    fn proposals_cover_posterior_in_wide_prior() {
+        let (day, mut before) = (day(), before());
+        before.covariance *= 4.0;
+        let days = [&day];
+        let target = Marginal::new(&days, 2, &before, None).unwrap();
+        let density = |z: &DVector<f64>| Some(target.log_density(z)?.0);
+        let mixture = target.proposals(1).unwrap().matched(&density, 400, 2).unwrap();
+        let mut random = StdRng::seed_from_u64(3);
+        let weight = |_| {
+            let z = mixture.draw(1.0, &mut random);
+            (target.log_density(&z).unwrap().0 - mixture.log_density(&z)).exp()
+        };
+        let weights: Vec<f64> = (0..4000).map(weight).collect();
+        let squares: f64 = weights.iter().map(|w| w * w).sum();
+        let effective = weights.iter().sum::<f64>().powi(2) / squares;
+        assert!(effective > 1000.0, "{effective} of 4000");
     }
 }

@@ -105,8 +105,10 @@ pub fn median<'a>(all: impl Iterator<Item = &'a Quality>) -> Option<Quality> {
 pub fn spread(middle: &PosteriorSample, samples: &[PosteriorSample]) -> CredibleIntervals {
     let interval = |value: &dyn Fn(&PosteriorSample) -> f64| {
         let mut values: Vec<f64> = samples.iter().map(value).collect();
-        values.sort_by(f64::total_cmp);
-        let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
+        let mut at = |share: f64| {
+            let rank = ((values.len() - 1) as f64 * share).round() as usize;
+            *values.select_nth_unstable_by(rank, f64::total_cmp).1
+        };
         Interval { low: at(0.025), high: at(0.975) }
     };
     let planes = 0..middle.unbalance_kg_m.len();
