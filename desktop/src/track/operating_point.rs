@@ -220,7 +220,9 @@ mod tests {
         let whole = Model::finite_elements(&rotor).projected(&basis).response(SPEED).unwrap();
         let point = FollowedMachine::of(&sample_rotor()).at(SPEED).unwrap();
         let motion = point.on(&logs).unwrap();
-        assert_eq!(point.motions_on(&logs).unwrap(), motion.probes);
+        for (alone, whole) in point.motions_on(&logs).unwrap().iter().zip(&motion.probes) {
+            assert!((alone - whole).norm() < 1e-12 * whole.norm(), "{alone} {whole}");
+        }
         let expected = whole.at(&DVector::from_vec(unbalance()));
         for (y, expected) in motion.at(&unbalance()).iter().zip(expected.iter()) {
             assert!((y - expected).norm() < 1e-9 * expected.norm());

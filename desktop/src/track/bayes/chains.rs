@@ -14,7 +14,7 @@ use super::sampling::{PosteriorSample, Quality};
 pub const CHAINS: usize = 4;
 const DISPERSED: f64 = 2.0;
 /// Share of a chain that is discarded as burn-in.
-const BURN_IN: f64 = 0.2;
+const BURN_IN: f64 = 0.1;
 /// Convergence criteria: largest R-hat and least effective sample size (Vehtari and others 2021, section 4). Eight halves of chains
 /// that are worth 400 samples together differ by chance alone as an R-hat of 1.01 does, one of a dozen quantities by more.
 const AGREED: f64 = 1.02;
@@ -26,13 +26,34 @@ const MOST_GROWTH: f64 = 2.0;
 const ROUNDS: [usize; 3] = [4, 4, 8];
 /// Samples beyond those that the first ones promise to be enough: an effective size is itself an estimate.
 const MARGIN: f64 = 1.2;
-/// How often the proposals are matched to the target before the chains start, each time by as many draws as a round of a chain.
-const MATCHED: u64 = 2;
+/// Draws by which the proposals are matched to the target, once and again, before the chains start.
+const MATCHING: [usize; 2] = [400; 2];
+/// Draws by which they are matched once more if the chains do not agree.
+const MATCHING_AGAIN: usize = 1600;
 
 /// Samples of all chains, and their convergence.
 pub struct PosteriorSamples {
     pub samples: Vec<PosteriorSample>,
     pub quality: Quality,
+}
+
+impl PosteriorSamples {
+    /// Mean and covariance of the sampled bearings.
+    pub fn bearings(&self) -> BearingGaussian {
+        let size = self.samples.first().map_or(0, |s| s.logs.len());
+        let count = self.samples.len() as f64;
+        let mut mean = vec![0.0; size];
+        for s in &self.samples {
+            mean.iter_mut().zip(&s.logs).for_each(|(sum, log)| *sum += log / count);
+        }
+        let mut covariance = DMatrix::zeros(size, size);
+        let mut off = DVector::zeros(size);
+        for s in &self.samples {
+            off.iter_mut().zip(&s.logs).zip(&mean).for_each(|((off, log), mean)| *off = log - mean);
+            covariance.ger(1.0 / count, &off, &off, 1.0);
+        }
+        BearingGaussian { logs: mean, covariance }
+    }
 }
 
 /// A chain and its samples.
@@ -45,8 +66,8 @@ struct SampledChain {
 pub fn draw(target: &Marginal, proposals: usize, seed: u64) -> Option<PosteriorSamples> {
     let mut mixture = target.proposals(seed)?;
     let density = |z: &DVector<f64>| Some(target.log_density(z)?.0);
-    for k in 0..MATCHED {
-        mixture = mixture.matched(&density, proposals, seed.wrapping_add(k)).unwrap_or(mixture);
+    for (k, draws) in MATCHING.into_iter().enumerate() {
+        mixture = mixture.matched(&density, draws, seed.wrapping_add(k as u64)).unwrap_or(mixture);
     }
     for (renewal, rounds) in ROUNDS.into_iter().enumerate() {
         let seed = seed.wrapping_mul(0x9e37_79b9).wrapping_add(renewal as u64);
@@ -54,7 +75,7 @@ pub fn draw(target: &Marginal, proposals: usize, seed: u64) -> Option<PosteriorS
         if renewal + 1 == ROUNDS.len() || agreed(&found.quality) {
             return Some(found);
         }
-        mixture = mixture.matched(&density, CHAINS * proposals, seed).unwrap_or(mixture);
+        mixture = mixture.matched(&density, MATCHING_AGAIN, seed).unwrap_or(mixture);
     }
     None
 }
@@ -108,21 +129,6 @@ fn with_proposals(
     };
     let samples = chains.into_iter().flat_map(|c| c.samples).collect();
     Some(PosteriorSamples { samples, quality })
-}
-
-/// Mean and covariance of the sampled bearings.
-pub fn moments(samples: &[PosteriorSample]) -> BearingGaussian {
-    let count = samples.len() as f64;
-    let size = samples.first().map_or(0, |s| s.logs.len());
-    let mut mean = DVector::zeros(size);
-    samples.iter().for_each(|s| mean += DVector::from_column_slice(&s.logs));
-    mean /= count;
-    let mut covariance = DMatrix::zeros(size, size);
-    for s in samples {
-        let off = DVector::from_column_slice(&s.logs) - &mean;
-        covariance.ger(1.0 / count, &off, &off, 1.0);
-    }
-    BearingGaussian { logs: mean.as_slice().to_vec(), covariance }
 }
 
 /// Sampled quantities: logarithms of the bearings, then real and imaginary part of each plane's unbalance.

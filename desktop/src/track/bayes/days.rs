@@ -7,9 +7,9 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use super::chains::{CHAINS, PosteriorSamples, draw, moments};
+use super::chains::{CHAINS, PosteriorSamples, draw};
 use super::marginal::{BearingGaussian, Marginal};
-use super::sampling::{PosteriorSample, SamplerKind, Sampling, spread};
+use super::sampling::{PosteriorSample, Quality, SamplerKind, Sampling, spread};
 use crate::bearing::law::Role;
 use crate::track::adaptive::Jump;
 use crate::track::answer::{FlagCause, ReadingEstimate, Reidentified};
@@ -91,6 +91,17 @@ struct DailyState {
     detector: EventDetector,
 }
 
+/// Estimate of a day, and the samples behind it.
+struct SampledDay {
+    estimate: ReadingEstimate,
+    bearings: BearingGaussian,
+    /// Standard deviation of each plane's unbalance in each direction, kg·m.
+    unbalance_sd_kg_m: Vec<f64>,
+    quality: Quality,
+    /// With the known weights of the day.
+    samples: Vec<PosteriorSample>,
+}
+
 impl Tracking<'_> {
     /// Daily sampling, and a wide one after every flag.
     pub fn bayes(&self, progress: &mut dyn FnMut(usize, usize)) -> (TrackedRecord, Option<Sampling>) {
@@ -111,7 +122,8 @@ impl Tracking<'_> {
             progress(k + 1, days.len());
             let last_unbalance = state.watched.last().map_or(&self.unbalance_kg_m, |e| &e.unbalance_kg_m);
             let last_d = if state.last_d.is_nan() { day.time_d } else { state.last_d };
-            let Some((mut estimate, drawn)) = self.sample(day, k, &state.walk) else { continue };
+            let Some(sampled) = self.sample(day, k, &state.walk) else { continue };
+            let mut estimate = sampled.estimate;
             let near = state.walk.within_range(&estimate.logs);
             let watched = self.phase_two(day, &near, Some((last_unbalance, last_d)));
             let Some(mut watched) = watched else { continue };
@@ -119,12 +131,12 @@ impl Tracking<'_> {
             (estimate.suspicious, estimate.flagged) = (watched.suspicious, watched.flagged);
             if !estimate.suspicious {
                 // suspicious readings are not learned from
-                state.unbalance_sd_kg_m = unbalance_sd_kg_m(&estimate, &drawn.samples);
-                state.walk.learn(&moments(&drawn.samples));
+                state.unbalance_sd_kg_m = sampled.unbalance_sd_kg_m;
+                state.walk.learn(&sampled.bearings);
                 state.logs = near;
             }
-            qualities.push((day.time_d, drawn.quality));
-            last = drawn.samples.iter().map(|s| s.with_weights(&day.weights_kg_m)).collect();
+            qualities.push((day.time_d, sampled.quality));
+            last = sampled.samples;
             state.last_d = day.time_d;
             state.watched.push(watched);
             run.estimates.push(estimate);
@@ -144,18 +156,20 @@ impl Tracking<'_> {
     }
 
     /// Samples one day with this prior of the bearings; `k` selects the random stream.
-    fn sample(&self, day: &Day, k: usize, walk: &BearingWalk) -> Option<(ReadingEstimate, PosteriorSamples)> {
+    fn sample(&self, day: &Day, k: usize, walk: &BearingWalk) -> Option<SampledDay> {
         let days = [day];
         let target = Marginal::new(&days, self.unbalance_kg_m.len(), &walk.prior(), None)?;
         let drawn = self.draw(&target, k as u64)?;
-        let (given, _) = target.given(moments(&drawn.samples).logs)?;
+        let bearings = drawn.bearings();
+        let (given, _) = target.given(bearings.logs.clone())?;
         let middle =
             PosteriorSample { logs: given.logs, unbalance_kg_m: given.unbalance_kg_m.as_slice().to_vec() };
         let mut estimate = self.estimate(day, &middle.logs, middle.unbalance_kg_m.clone())?;
-        let with_weights = |s: &PosteriorSample| s.with_weights(&day.weights_kg_m);
-        let samples: Vec<PosteriorSample> = drawn.samples.iter().map(with_weights).collect();
-        estimate.spread = Some(spread(&with_weights(&middle), &samples));
-        Some((estimate, drawn))
+        let unbalance_sd_kg_m = unbalance_sd_kg_m(&estimate, &drawn.samples);
+        let with_weights = |s: PosteriorSample| s.with_weights(&day.weights_kg_m);
+        let samples: Vec<PosteriorSample> = drawn.samples.into_iter().map(with_weights).collect();
+        estimate.spread = Some(spread(&with_weights(middle), &samples));
+        Some(SampledDay { estimate, bearings, unbalance_sd_kg_m, quality: drawn.quality, samples })
     }
 
     fn draw(&self, target: &Marginal, stream: u64) -> Option<PosteriorSamples> {
@@ -198,7 +212,7 @@ impl Tracking<'_> {
                     state.logs = identified.logs.clone();
                     state.walk = BearingWalk::around(identified, &self.numbers, self.ranges());
                     self.go_on(after, state);
-                    let again = |i: usize| Some(self.sample(days[i], i, &state.walk)?.0);
+                    let again = |i: usize| Some(self.sample(days[i], i, &state.walk)?.estimate);
                     let again: Option<Vec<ReadingEstimate>> = (k + 1 - persistence..=k).map(again).collect();
                     run.estimates.truncate(run.estimates.len() - persistence);
                     run.estimates.extend(again.unwrap_or_default());
@@ -233,7 +247,7 @@ impl Tracking<'_> {
         let held: Vec<(C, f64)> = held.into_iter().zip(state.unbalance_sd_kg_m.iter().copied()).collect();
         let target = Marginal::new(streak, held.len(), &before, Some(&held))?;
         let stream = 1_000_000 + run.flags.len() as u64;
-        let identified = moments(&self.draw(&target, stream)?.samples);
+        let identified = self.draw(&target, stream)?.bearings();
         let (given, _) = target.given(identified.logs.clone())?;
         let unbalance_kg_m = given.unbalance_kg_m.as_slice().to_vec();
         let after = self.restart(streak, &identified.logs, unbalance_kg_m)?;

@@ -58,7 +58,7 @@ impl ConditionalUnbalance {
         // the factor of a Cholesky decomposition has no zero on its diagonal
         self.precision.l_dirty().ad_solve_lower_triangular_mut(&mut drawn);
         drawn += &self.unbalance_kg_m;
-        drawn.as_slice().to_vec()
+        drawn.data.into()
     }
 
     /// Logarithm of the determinant of the precision.
@@ -110,8 +110,11 @@ impl<'a> Marginal<'a> {
     }
 
     fn logs(&self, z: &DVector<f64>) -> Logs {
-        let moved = &self.factor * z;
-        self.centre.iter().zip(&moved).map(|(centre, moved)| centre + moved).collect()
+        let mut logs = self.centre.clone();
+        for (column, z) in self.factor.column_iter().zip(z) {
+            logs.iter_mut().zip(&column).for_each(|(log, factor)| *log += factor * z);
+        }
+        logs
     }
 
     fn rows(&self) -> usize {

@@ -128,9 +128,12 @@ impl Mixture {
         let k = chosen.unwrap_or(self.components.len() - 1);
         let length = width / (self.squares.sample(random) / f64::from(FREEDOM)).sqrt();
         let n = self.middles.len();
-        let standard = DVector::from_fn(n, |_, _| length * random.sample::<f64, _>(StandardNormal));
-        let mut point = self.components[k].centre.clone();
-        point.gemv(1.0, &self.factors[k], &standard, 1.0);
+        let mut point = DVector::from_fn(n, |_, _| length * random.sample::<f64, _>(StandardNormal));
+        // in place from the last row up, which alone needs the last coordinate
+        for i in (0..n).rev() {
+            let off: f64 = (0..=i).map(|j| self.factors[k][(i, j)] * point[j]).sum();
+            point[i] = self.components[k].centre[i] + off;
+        }
         point
     }
 

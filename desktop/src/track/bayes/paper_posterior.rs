@@ -154,7 +154,7 @@ impl<'a> Posterior<'a> {
         let own = chains.iter().flat_map(|c| &c.samples).filter_map(|x| self.sample(x));
         let all: Vec<PosteriorSample> = own.map(|s| s.with_weights(weights_kg_m)).collect();
         let centre = self.sample(&mean(chains))?;
-        let spread = spread(&centre.with_weights(weights_kg_m), &all);
+        let spread = spread(&centre.clone().with_weights(weights_kg_m), &all);
         Some((centre, spread, all))
     }
 }

@@ -18,9 +18,9 @@ pub struct PosteriorSample {
 
 impl PosteriorSample {
     /// The same with these weights in the planes, kg·m.
-    pub fn with_weights(&self, weights_kg_m: &[C]) -> Self {
-        let sums = self.unbalance_kg_m.iter().zip(weights_kg_m).map(|(u, w)| u + w);
-        Self { logs: self.logs.clone(), unbalance_kg_m: sums.collect() }
+    pub fn with_weights(mut self, weights_kg_m: &[C]) -> Self {
+        self.unbalance_kg_m.iter_mut().zip(weights_kg_m).for_each(|(u, weight)| *u += weight);
+        self
     }
 }
 
