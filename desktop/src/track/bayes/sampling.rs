@@ -26,7 +26,7 @@ impl PosteriorSample {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SamplerKind {
-    /// Proposals from a Student distribution around the most probable bearings, the unbalance integrated.
+    /// Proposals from a mixture of Student distributions that covers the posterior of the bearings, the unbalance integrated.
     Independence,
     /// The paper's random walk in bearings and unbalance, of one step size.
     Metropolis,
