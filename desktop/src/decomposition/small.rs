@@ -1,6 +1,6 @@
 //! Systems of a few complex equations that are solved over and over: for the bearings of a machine at one speed.
 
-use nalgebra::{Complex, DMatrix, SMatrix};
+use nalgebra::{Complex, DMatrix};
 
 type C = Complex<f64>;
 
@@ -9,47 +9,12 @@ const USUAL: usize = 4;
 
 /// Solves in place for every column of `right`; `None` if the square matrix is singular.
 pub(crate) fn solve(matrix: DMatrix<C>, right: &mut DMatrix<C>) -> Option<()> {
-    if matrix.nrows() == USUAL {
-        return eliminate(matrix.fixed_view::<USUAL, USUAL>(0, 0).into_owned(), right);
-    }
-    matrix.lu().solve_mut(right).then_some(())
-}
-
-/// Gaussian elimination of a few rows with partial pivoting: without the moduli and row exchanges of a general factorisation it takes
-/// half the time.
-fn eliminate<const N: usize>(mut matrix: SMatrix<C, N, N>, right: &mut DMatrix<C>) -> Option<()> {
-    for k in 0..N {
-        let pivot =
-            (k..N).max_by(|a, b| matrix[(*a, k)].norm_sqr().total_cmp(&matrix[(*b, k)].norm_sqr()))?;
-        if matrix[(pivot, k)].norm_sqr() == 0.0 {
-            return None;
-        }
-        if pivot != k {
-            matrix.swap_rows(pivot, k);
-            right.swap_rows(pivot, k);
-        }
-        let inverse = matrix[(k, k)].inv();
-        for i in k + 1..N {
-            let factor = matrix[(i, k)] * inverse;
-            for j in k + 1..N {
-                let above = matrix[(k, j)];
-                matrix[(i, j)] -= factor * above;
-            }
-            matrix[(i, k)] = factor;
-        }
-        matrix[(k, k)] = inverse;
-    }
-    for mut x in right.column_iter_mut() {
-        for i in 1..N {
-            let known: C = (0..i).map(|j| matrix[(i, j)] * x[j]).sum();
-            x[i] -= known;
-        }
-        for i in (0..N).rev() {
-            let known: C = (i + 1..N).map(|j| matrix[(i, j)] * x[j]).sum();
-            x[i] = (x[i] - known) * matrix[(i, i)];
-        }
-    }
-    Some(())
+    let solved = if matrix.nrows() == USUAL {
+        matrix.fixed_view::<USUAL, USUAL>(0, 0).into_owned().lu().solve_mut(right)
+    } else {
+        matrix.lu().solve_mut(right)
+    };
+    solved.then_some(())
 }
 
 /// Solves in place for every column of `right`, and with the transpose of the matrix for every column of `of_transpose`; `None` if the

@@ -337,7 +337,8 @@ mod tests {
         let all: Vec<Component> = (0..COMPONENTS as u64).filter_map(|k| target.component(1, k)).collect();
         assert_eq!(all.len(), COMPONENTS);
         for c in &all {
-            assert!((&c.centre - &all[0].centre).amax() < 0.2, "{} {}", c.centre, all[0].centre);
+            // the bearings that the reading was made with are the mean of the prior: there is the mode
+            assert!(c.centre.amax() < 0.1, "{}", c.centre);
             assert!((&c.scale - &all[0].scale).amax() < 0.15, "{} {}", c.scale, all[0].scale);
         }
         // the reading determines some directions and leaves the others to the prior

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 /// Components: enough for the bends of a posterior of eight coefficients, few enough for some hundred draws to match.
 pub const COMPONENTS: usize = 24;
-/// Degrees of freedom: the target's tails are those of its Gaussian prior, nearly.
+/// Degrees of freedom: the tails of the target are nearly those of its Gaussian prior.
 const FREEDOM: i32 = 20;
 /// Effective draws for each coordinate that a component's moments before a match count as.
 const KEPT: f64 = 5.0;
@@ -25,7 +25,7 @@ const KEPT_SHARE: f64 = 0.5;
 /// Independent random streams of a match.
 const STREAMS: usize = 8;
 
-/// One number of each component.
+/// A number for each component.
 type Lanes = [f64; COMPONENTS];
 
 /// Student distribution of a share of the mixture.
@@ -36,8 +36,8 @@ pub struct Component {
     pub scale: DMatrix<f64>,
 }
 
-/// A mixture of [`COMPONENTS`] of them. What their densities need is stored by component innermost, so that one instruction serves
-/// several.
+/// A mixture of [`COMPONENTS`] of them. The arrays that their densities need hold the components side by side, so that the compiler can
+/// vectorise over them.
 #[derive(Debug, Clone)]
 pub struct Mixture {
     components: Vec<Component>,
@@ -99,17 +99,9 @@ impl Mixture {
 
     /// Density of each component at these distances, up to a common constant.
     fn densities(&self, distances: &Lanes) -> Lanes {
-        let mut power = FREEDOM + self.middles.len() as i32;
-        let mut base: Lanes = distances.map(|d| (1.0 + d / f64::from(FREEDOM)).sqrt().recip());
-        let mut densities = self.heights;
-        while power > 0 {
-            if power & 1 == 1 {
-                densities.iter_mut().zip(&base).for_each(|(density, base)| *density *= base);
-            }
-            base.iter_mut().for_each(|base| *base *= *base);
-            power >>= 1;
-        }
-        densities
+        let power = FREEDOM + self.middles.len() as i32;
+        let base: Lanes = distances.map(|d| (1.0 + d / f64::from(FREEDOM)).sqrt().recip());
+        from_fn(|k| self.heights[k] * base[k].powi(power))
     }
 
     /// Logarithm of the density up to a constant.
@@ -155,6 +147,9 @@ impl Mixture {
             (0..count.div_ceil(STREAMS)).filter_map(draw).collect::<Vec<Weighed>>()
         };
         let mut draws: Vec<Weighed> = (0..STREAMS).into_par_iter().flat_map_iter(stream).collect();
+        if draws.is_empty() {
+            return None;
+        }
         let most = draws.iter().map(|d| d.weight).fold(f64::NEG_INFINITY, f64::max);
         draws.iter_mut().for_each(|d| d.weight = (d.weight - most).exp());
         let mean = draws.iter().map(|d| d.weight).sum::<f64>() / count as f64;
@@ -236,7 +231,7 @@ impl MomentSums {
     }
 }
 
-/// Adds `factor` times `more`.
+/// Adds multiples of other numbers to sums.
 fn add(sums: &mut Lanes, factor: f64, more: &Lanes) {
     sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += factor * more);
 }
@@ -287,7 +282,7 @@ mod tests {
         Mixture::new((0..COMPONENTS).map(at).collect()).unwrap()
     }
 
-    /// Share of its draws that weighted draws are worth.
+    /// Effective sample size of weighted draws over their number.
     fn efficiency(mixture: &Mixture, target: impl Fn(&DVector<f64>) -> Option<f64>) -> f64 {
         let mut random = StdRng::seed_from_u64(7);
         let weight = |_| {
@@ -369,6 +364,11 @@ mod tests {
         let first = &matched.components[0];
         assert!((first.share - 0.8).abs() < 0.03 && (first.centre[0] + 3.0).abs() < 0.05, "{first:?}");
         assert!(efficiency(&matched, modes) > 0.9);
+    }
+
+    #[test]
+    fn mixture_is_not_matched_where_target_is_zero_at_all_draws() {
+        assert!(along_banana().matched(&|_| None, 400, 1).is_none());
     }
 
     #[test]
