@@ -17,7 +17,7 @@ use crate::statistics::significance::NEGLIGIBLE;
 const REFINED: usize = 10;
 /// Further candidates, which the search around the drawing as stated passes over.
 const REFINED_ON_OWN_DRAWING: usize = 5;
-/// Candidates beside a set of effects that are fitted to all of many readings.
+/// Candidates that are fitted to all of many readings.
 const LIKELY: usize = 16;
 
 impl BaseModel<'_> {
@@ -48,8 +48,9 @@ impl BaseModel<'_> {
         Ok(tried)
     }
 
-    /// Fits of candidates; of many readings on a part first, and then of so many on all.
-    fn attempts(&self, many: usize) -> Result<Vec<CandidateFit>, Error> {
+    /// Fits of candidates; of many readings on a part first, and those of the `kept` that are worth most there on all. Those beyond
+    /// [`LIKELY`] take a short run on all, as what they are worth need not be exact.
+    fn attempts(&self, kept: usize) -> Result<Vec<CandidateFit>, Error> {
         let (screened, possible) = self.screened(self.possible());
         let progress = &self.fitter.progress;
         progress.plan(possible.len());
@@ -64,9 +65,12 @@ impl BaseModel<'_> {
                 };
                 let mut seen: Vec<(PlacedEffect, Vec<f64>, f64)> = told.filter_map(look).collect();
                 seen.sort_by(|a, b| b.2.total_cmp(&a.2));
-                seen.truncate(many);
-                let fit = |(a, x, _)| self.tried(a, &[x], Effort::Rough).ok();
-                seen.into_par_iter().filter_map(fit).collect()
+                seen.truncate(kept);
+                let fit = |(rank, (a, x, _)): (usize, (PlacedEffect, Vec<f64>, f64))| {
+                    let effort = if rank < LIKELY { Effort::Rough } else { Effort::Glance };
+                    self.tried(a, &[x], effort).ok()
+                };
+                seen.into_par_iter().enumerate().filter_map(fit).collect()
             }
         };
         tried.extend(screened);

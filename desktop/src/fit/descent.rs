@@ -2,8 +2,8 @@
 //!
 //! With a thousand residuals for ten unknowns, the orthogonal factor that the usual implementations work
 //! with takes most of the time of a fit. The normal equations lose half the digits, and residuals
-//! weighted by a noise of a percent need few; damping by the largest curvature seen (Moré 1978) and its
-//! update by the gain ratio (Nielsen 1999) are the usual ones.
+//! weighted by a noise of a percent need few. The usual rules are: damping by the largest curvature seen,
+//! shorter steps after one that was too long (both Moré 1978), damping updated by the gain ratio (Nielsen 1999).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -56,6 +56,11 @@ const FIRST_DAMPING: f64 = 1e-3;
 const NEARBY_DAMPING: f64 = 1e-6;
 const LEAST_DAMPING: f64 = 1e-12;
 const MOST_DAMPING: f64 = 1e12;
+/// Growth of the damping until a step is short enough.
+const GROWTH: f64 = 2.0;
+/// Share of a step that was too long to try next, at least and at most.
+const LEAST_SHORTENING: f64 = 0.1;
+const MOST_SHORTENING: f64 = 0.5;
 /// A step that lowers the sum by less than this share of what was foreseen is taken back.
 const WORTH_TAKING: f64 = 1e-4;
 
@@ -97,7 +102,7 @@ fn step<L: Objective + ?Sized>(
     damping: &mut f64,
     stop: &Stop,
 ) -> bool {
-    let (mut growth, mut moved) = (2.0, false);
+    let (mut longest, mut moved) = (f64::INFINITY, false);
     while *damping < MOST_DAMPING {
         let mut damped = gram.clone();
         for (i, c) in curvature.iter().enumerate() {
@@ -107,26 +112,45 @@ fn step<L: Objective + ?Sized>(
         if let Some(factor) = damped.cholesky() {
             let wanted = -factor.solve(slope);
             let step = wanted.map(|s| s.clamp(-LONGEST, LONGEST));
-            let foreseen = -(2.0 * slope.dot(&step) + step.dot(&(gram * &step)));
-            if foreseen <= stop.negligible(value) && step == wanted {
-                break;
-            }
-            objective.move_to(&(from + step));
-            moved = true;
-            let gain = (value - objective.value()) / foreseen;
-            if foreseen > 0.0 && gain > WORTH_TAKING {
-                let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
-                *damping = (*damping * factor).max(LEAST_DAMPING);
-                return true;
+            let length = length(&step, curvature);
+            // damping that hardly shortens a step is not worth an evaluation
+            if length <= longest {
+                let along = slope.dot(&step);
+                let foreseen = -(2.0 * along + step.dot(&(gram * &step)));
+                if foreseen <= stop.negligible(value) && step == wanted {
+                    break;
+                }
+                objective.move_to(&(from + step));
+                moved = true;
+                let change = objective.value() - value;
+                let gain = -change / foreseen;
+                if foreseen > 0.0 && gain > WORTH_TAKING {
+                    let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
+                    *damping = (*damping * factor).max(LEAST_DAMPING);
+                    return true;
+                }
+                longest = length * shortening(along, change);
             }
         }
-        *damping *= growth;
-        growth *= 2.0;
+        *damping *= GROWTH;
     }
     if moved {
         objective.move_to(from);
     }
     false
+}
+
+/// Length of a step in units of what each unknown changes the residuals by.
+fn length(step: &DVector<f64>, curvature: &DVector<f64>) -> f64 {
+    step.iter().zip(curvature).map(|(s, c)| c * s * s).sum::<f64>().sqrt()
+}
+
+/// Share of a step that was too long to try next: where the parabola through the value and the slope at its beginning and the value at
+/// its end is lowest (Moré 1978). `along` is half the slope along the step, `change` that of the value.
+fn shortening(along: f64, change: f64) -> f64 {
+    let lowest = -along / (change - 2.0 * along);
+    // where there is no value there is no parabola
+    if lowest.is_finite() { lowest.clamp(LEAST_SHORTENING, MOST_SHORTENING) } else { LEAST_SHORTENING }
 }
 
 #[cfg(test)]
@@ -162,6 +186,15 @@ mod tests {
         let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 7.0]));
         descend(&mut valley, Stop::after(60, 1e-14));
         assert!((valley.0 - DVector::from_vec(vec![1.0, 1.0, 7.0])).amax() < 1e-6);
+    }
+
+    #[test]
+    fn step_too_long_is_cut_to_lowest_point_of_parabola() {
+        // 4t² − 2t is lowest at a quarter and 2 at one
+        assert_eq!(shortening(-1.0, 2.0), 0.25);
+        // never to less than a tenth, and to that where there is no value
+        assert_eq!(shortening(-1.0, 1e6), LEAST_SHORTENING);
+        assert_eq!(shortening(-1.0, f64::INFINITY), LEAST_SHORTENING);
     }
 
     #[test]

@@ -80,6 +80,13 @@ pub struct Evaluation {
     pub terms: Terms,
 }
 
+/// A point of the search that a problem left, with what was evaluated there.
+pub struct Visit {
+    pub x: Vec<f64>,
+    pub cost: f64,
+    pub(super) evaluation: Option<Evaluation>,
+}
+
 /// Response to unit forces. Rows with equal speed and equal supports have one together.
 pub struct Responses {
     pub groups: Arc<RowGroups>,
@@ -260,6 +267,17 @@ impl Problem<'_> {
     /// Moves to `x` and evaluates there.
     pub(super) fn go_to(&mut self, x: &[f64]) {
         self.move_to(&DVector::from_column_slice(x));
+    }
+
+    /// Leaves the present point with what was evaluated there.
+    pub(super) fn leave(&mut self) -> Visit {
+        Visit { x: self.x().to_vec(), cost: self.cost(), evaluation: self.now.take() }
+    }
+
+    /// Moves to a point that was left before, with nothing evaluated anew.
+    pub(super) fn return_to(&mut self, visit: Visit) {
+        self.x.copy_from_slice(&visit.x);
+        self.now = visit.evaluation;
     }
 
     /// Takes supports that depend on amplitudes at these, and evaluates anew.

@@ -3,11 +3,14 @@
 use super::descent::Stop;
 use super::hypothesis::{Hypothesis, PlacedEffect};
 use super::optimum::Fit;
-use super::problem::Problem;
+use super::problem::{Problem, Visit};
 
 /// Short runs, one after another, and how many starts are followed through all of them.
-const SCOUTS: [Stop; 3] = [Stop::after(2, 1e-4), Stop::after(3, 1e-4), Stop::after(5, 1e-4)];
+const SCOUTS: [Stop; 3] = [Stop::after(2, 1e-4), Stop::after(4, 1e-4), Stop::after(8, 1e-4)];
 const FOLLOWED: usize = 2;
+/// Ends of runs are in one place if no search coordinate, a logarithm or in units of its own size, differs by more, and the cost by no
+/// more than what would have ended a run.
+const SAME_PLACE: f64 = 0.05;
 /// Strengths of an effect at the starts of its search, relative to the usual strength.
 const STRENGTHS: [f64; 2] = [1.0, 0.1];
 
@@ -16,37 +19,60 @@ pub const GLANCE: usize = 2;
 pub const ALL: usize = SCOUTS.len();
 
 /// Moves a problem to the best end of the first so many short runs from these starts. The less promising half of them is given up after
-/// each run, as most cost far more than the best one after a few steps.
+/// each run, as most cost far more than the best one after a few steps. Of ends in one place, one is followed. A single start is where
+/// the search goes on; a first look at it is one short run.
 pub fn scout(problem: &mut Problem, starts: &[Vec<f64>], runs: usize) {
     if let [start] = starts {
-        return problem.go_to(start);
+        problem.go_to(start);
+        if runs == GLANCE {
+            problem.descend(SCOUTS[0]);
+        }
+        return;
     }
     let (last, earlier) = (SCOUTS[runs - 1], &SCOUTS[..runs - 1]);
-    let mut left = starts.to_vec();
+    let visit = |start: &Vec<f64>| {
+        problem.go_to(start);
+        problem.leave()
+    };
+    let mut left: Vec<Visit> = starts.iter().map(visit).collect();
     for run in earlier {
         // a run after which none is given up tells nothing that the next does not
         if left.len() > FOLLOWED {
-            left = ends(problem, &left, *run);
+            left = ends(problem, left, *run);
             left.truncate(left.len().div_ceil(2).max(FOLLOWED));
+            left = apart(left, run.tolerance);
         }
     }
-    if let Some(best) = ends(problem, &left, last).first() {
-        problem.go_to(best);
+    if let Some(best) = ends(problem, left, last).into_iter().next() {
+        problem.return_to(best);
     }
 }
 
-/// Where runs from these starts end, lowest first; those from which the machine is singular are left out.
-fn ends(problem: &mut Problem, starts: &[Vec<f64>], stop: Stop) -> Vec<Vec<f64>> {
-    let mut ends: Vec<(f64, Vec<f64>)> = Vec::new();
-    for start in starts {
-        problem.go_to(start);
+/// Where runs from these places end, lowest first; those from which the machine is singular are left out.
+fn ends(problem: &mut Problem, from: Vec<Visit>, stop: Stop) -> Vec<Visit> {
+    let run = |visit| {
+        problem.return_to(visit);
         problem.descend(stop);
-        if problem.cost().is_finite() {
-            ends.push((problem.cost(), problem.x().to_vec()));
+        problem.leave()
+    };
+    let mut ends: Vec<Visit> = from.into_iter().map(run).filter(|end| end.cost.is_finite()).collect();
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    ends
+}
+
+/// Those of these ends, lowest first, that are not in the place of a lower one.
+fn apart(ends: Vec<Visit>, tolerance: f64) -> Vec<Visit> {
+    let mut kept: Vec<Visit> = Vec::with_capacity(ends.len());
+    for end in ends {
+        let is_there = |other: &Visit| {
+            end.cost - other.cost <= tolerance * other.cost
+                && end.x.iter().zip(&other.x).all(|(a, b)| (a - b).abs() <= SAME_PLACE)
+        };
+        if !kept.iter().any(is_there) {
+            kept.push(end);
         }
     }
-    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ends.into_iter().map(|(_, x)| x).collect()
+    kept
 }
 
 /// Starting points for an effect on top of a fit, in two strengths: from where that fit ended and from the file's bearings.
@@ -71,4 +97,24 @@ pub fn starts_for(hypothesis: &Hypothesis, base: &Fit, added: PlacedEffect) -> V
         }
     }
     starts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_ends_in_one_place_the_lowest_is_kept() {
+        let end = |cost, x: [f64; 2]| Visit { x: x.to_vec(), cost, evaluation: None };
+        let ends = vec![
+            end(100.0, [0.0, 1.0]),
+            end(100.001, [0.01, 1.0]),
+            // as low, elsewhere
+            end(100.002, [0.0, 2.0]),
+            // near, not as low: a run from there is not at its end
+            end(101.0, [0.0, 1.0]),
+        ];
+        let costs: Vec<f64> = apart(ends, 1e-4).iter().map(|end| end.cost).collect();
+        assert_eq!(costs, [100.0, 100.002, 101.0]);
+    }
 }
