@@ -11,6 +11,7 @@ use super::mistakes::Mistake;
 use super::screening::{ENOUGH_FOR_MISTAKES, chosen};
 use crate::error::Error;
 use crate::fit::data::{Amplitudes, Data};
+use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fitter};
 use crate::grade::Rigid;
 use crate::machine::drawing::{Noise, Rotor};
@@ -62,7 +63,7 @@ struct Files<'a, 'b> {
 
 /// The model as it is, on a part of the readings.
 struct MistakeSearch {
-    /// What the drawing's errors amount to around it. A mistake changes that little, so that it is taken for all.
+    /// What the drawing's errors amount to around it: for a search of mistakes, not for a choice between them.
     drawing: Drawing,
     amplitudes: Amplitudes,
     cost: f64,
@@ -93,12 +94,15 @@ impl MistakeSearch {
         Some((self.cost - cost, fit.x))
     }
 
-    /// The gain by an effect, from where a fit to all readings has it; nothing where it cannot be had.
-    fn gain_by(&self, fitter: &Fitter, base: &BaseModel, effect: &CandidateFit) -> f64 {
-        let with = base.hypothesis.with(effect.placed);
-        let start = [effect.fit.x.clone()];
-        let fit = fitter.fit(&with, &start, &self.drawing, Effort::Rough, Some(&self.amplitudes));
-        fit.map_or(f64::NEG_INFINITY, |fit| self.cost - fitter.cost_under_own_scatter(&fit, &self.drawing))
+    /// How much less a hypothesis costs from a place in search coordinates, with the drawing's errors as they act there: at another
+    /// speed or on another shaft they act differently. Nothing where the machine is singular.
+    fn gain_on_own_drawing(&self, fitter: &Fitter, hypothesis: &Hypothesis, x: &[f64]) -> Option<f64> {
+        let (start, amplitudes) = ([x.to_vec()], Some(&self.amplitudes));
+        let there =
+            fitter.fit(hypothesis, &start, &self.drawing.of_another(), Effort::Linear, amplitudes).ok()?;
+        let drawing = fitter.around_the_stated(hypothesis, &there).ok()?;
+        let fit = fitter.fit(hypothesis, &start, &drawing, Effort::Rough, amplitudes).ok()?;
+        Some(self.cost - fitter.cost_under_own_scatter(&fit, &drawing))
     }
 }
 
@@ -122,7 +126,10 @@ impl MistakeComparison {
         let as_it_is = Fitter::new(rotor, Data::new(rotor, noise, &part));
         let search = MistakeSearch::of(&as_it_is)?;
         let explaining = effect.filter(|t| t.is_settled && explains(&t.drawing(base).scatter(), base));
-        let by_effect = explaining.map_or(f64::NEG_INFINITY, |t| search.gain_by(&as_it_is, base, t));
+        let gain_by = |t: &CandidateFit| {
+            search.gain_on_own_drawing(&as_it_is, &base.hypothesis.with(t.placed), &t.fit.x)
+        };
+        let by_effect = explaining.and_then(gain_by).unwrap_or(f64::NEG_INFINITY);
         let least_gain = (by_effect + 2.0 * NEGLIGIBLE.ln()).max(0.0);
         let mut unloaded = rotor.clone();
         unloaded.run.iter_mut().for_each(|run| run.added_unbalance.clear());
@@ -144,8 +151,12 @@ impl MistakeComparison {
         let mut sought: Vec<SoughtMistake> = all.into_par_iter().map(look).collect();
         sought.sort_by(|a, b| b.best_gain().total_cmp(&a.best_gain()));
         sought.truncate(REFINED);
-        let mut refined: Vec<(Mistake, f64, f64)> =
-            sought.into_par_iter().map(|sought| files.refined(sought)).collect();
+        let refine = |sought| {
+            let (mistake, size) = files.refined(sought)?;
+            let gain = files.gain_on_own_drawing(&mistake, &size)?;
+            Some((mistake, size.by, gain))
+        };
+        let mut refined: Vec<(Mistake, f64, f64)> = sought.into_par_iter().filter_map(refine).collect();
         refined.retain(|(.., gain)| *gain > least_gain);
         refined.sort_by(|a, b| b.2.total_cmp(&a.2));
         refined.truncate(SETTLED);
@@ -224,22 +235,33 @@ impl Files<'_, '_> {
         tried
     }
 
-    /// A mistake at the size that fits best, and what is gained without it.
-    fn refined(&self, sought: SoughtMistake) -> (Mistake, f64, f64) {
+    /// A mistake at the size that fits best; nothing if that is none.
+    fn refined(&self, sought: SoughtMistake) -> Option<(Mistake, TriedSize)> {
         let k = sought.number();
-        let SoughtMistake { mistake, sizes } = sought;
-        let Some(TriedSize { by, gain, x }) = sizes.get(k) else { return (mistake, 0.0, f64::NEG_INFINITY) };
-        if sizes.len() < 2 || *by == 0.0 {
-            return (mistake, *by, if sizes.len() < 2 { *gain } else { f64::NEG_INFINITY });
+        let SoughtMistake { mistake, mut sizes } = sought;
+        let neighbour = |k: usize| sizes.get(k).map(|tried| tried.by);
+        let (before, after) = (k.checked_sub(1).and_then(neighbour), neighbour(k + 1));
+        let only = sizes.len() < 2;
+        let best = (k < sizes.len()).then(|| sizes.swap_remove(k)).filter(|best| best.gain > 0.0)?;
+        if only {
+            return Some((mistake, best));
         }
-        let (least, most) = (sizes[k.saturating_sub(1)].by, sizes[(k + 1).min(sizes.len() - 1)].by);
-        let found = Executor::new(Between { files: self, mistake: &mistake, x }, BrentOpt::new(least, most))
+        let between = BrentOpt::new(before.unwrap_or(best.by), after.unwrap_or(best.by));
+        let found = Executor::new(Between { files: self, mistake: &mistake, x: &best.x }, between)
             .configure(|state| state.max_iters(TRIALS))
             .run()
             .ok()
             .and_then(|found| Some((*found.state.get_best_param()?, -found.state.get_best_cost())));
-        let (by, gain) = found.filter(|(_, other)| other > gain).unwrap_or((*by, *gain));
-        (mistake, by, gain)
+        let (by, gain) = found.filter(|(_, other)| *other > best.gain).unwrap_or((best.by, best.gain));
+        Some((mistake, TriedSize { by, gain, ..best }))
+    }
+
+    /// What is gained without a mistake of this size, the drawing's errors as they act then.
+    fn gain_on_own_drawing(&self, mistake: &Mistake, size: &TriedSize) -> Option<f64> {
+        let (rotor, readings) = mistake.undone(self.base.fitter.rotor, &self.part, size.by)?;
+        let fitter = Fitter::new(&rotor, Data::new(&rotor, self.noise, &readings));
+        let (hypothesis, _) = of_file(&fitter).ok()?;
+        self.search.gain_on_own_drawing(&fitter, &hypothesis, &size.x)
     }
 
     /// A mistake with noise and errors of the drawing settled, on all readings; nothing where the files without it are those of a
