@@ -172,6 +172,7 @@ fn scales_of(rotor: &Rotor) -> Scales {
     Scales {
         stiffness_n_m: 1.0,
         sagging_n_m: 0.0,
+        rotor_kg: f64::INFINITY,
         fastest_rad_s: reference_rad_s,
         reference_rad_s,
         amplitude_m: 1.0,

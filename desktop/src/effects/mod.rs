@@ -58,7 +58,8 @@
 //!     ]
 //! "#)?;
 //! let scales = Scales {
-//!     stiffness_n_m: 4e7, sagging_n_m: 1e5, fastest_rad_s: 600.0, reference_rad_s: 600.0, amplitude_m: 1e-5,
+//!     stiffness_n_m: 4e7, sagging_n_m: 1e5, rotor_kg: 50.0, fastest_rad_s: 600.0, reference_rad_s: 600.0,
+//!     amplitude_m: 1e-5,
 //! };
 //! let mut terms = Terms::drawn(&rotor);
 //! let place = Brushes.places(&rotor)[0];
@@ -164,6 +165,8 @@ pub struct Scales {
     pub stiffness_n_m: f64,
     /// Stiffness of a support that would sag out of line under its share of the rotor's weight, N/m.
     pub sagging_n_m: f64,
+    /// Mass of the rotor, kg.
+    pub rotor_kg: f64,
     /// Fastest speed in the data, rad/s.
     pub fastest_rad_s: f64,
     /// Speed at which a stiffness that changes with speed is as stated, rad/s.
@@ -320,9 +323,23 @@ fn film_mut(place: Place, terms: &mut Terms) -> Option<&mut FilmCurve> {
     }
 }
 
-/// A mass or damping that is there, whatever its size.
-fn positive(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit, scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] }
+/// Largest mass that moves with one bearing, relative to the rotor's. A block under a machine weighs three to five times the
+/// machine (ACI 351.3R), and a machine up to ten times its rotor.
+const HEAVIEST_PEDESTAL: f64 = 50.0;
+
+/// Mass of a pedestal.
+fn pedestal_mass(scales: &Scales) -> Parameter {
+    Parameter {
+        name: "m",
+        unit: "kg",
+        scale: Scale::Logarithmic,
+        bounds: [0.0, HEAVIEST_PEDESTAL * scales.rotor_kg],
+    }
+}
+
+/// A damping that is there, whatever its size.
+fn positive_damping() -> Parameter {
+    Parameter { name: "c", unit: "N·s/m", scale: Scale::Logarithmic, bounds: [0.0, f64::INFINITY] }
 }
 
 /// A stiffness that carries its share of the rotor.

@@ -1,6 +1,8 @@
 //! A bearing on a foundation that gives.
 
-use super::{Effect, Knowledge, Parameter, Place, Scales, bearings, carrying, positive};
+use super::{
+    Effect, Knowledge, Parameter, Place, Scales, bearings, carrying, pedestal_mass, positive_damping,
+};
 use crate::bearing::support::Pedestal;
 use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
@@ -27,7 +29,7 @@ impl Effect for OnPedestal {
     }
 
     fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
-        vec![carrying("k", scales), positive("m", "kg"), positive("c", "N·s/m")]
+        vec![carrying("k", scales), pedestal_mass(scales), positive_damping()]
     }
 
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
@@ -42,9 +44,8 @@ impl Effect for OnPedestal {
         starts
     }
 
-    /// A softer one with the same resonance.
-    fn strengthened(&self, _: &Scales, parameters: &[f64], strength: f64) -> Vec<f64> {
-        parameters.iter().map(|v| v / strength).collect()
+    fn strengthened(&self, scales: &Scales, parameters: &[f64], strength: f64) -> Vec<f64> {
+        softened(&self.parameters(scales), parameters, strength)
     }
 
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {
@@ -63,6 +64,11 @@ impl Effect for OnPedestal {
                       foot.",
         }
     }
+}
+
+/// A pedestal so many times as soft, with the same resonance, or what physics allows of its mass.
+pub(super) fn softened(parameters: &[Parameter], of: &[f64], strength: f64) -> Vec<f64> {
+    parameters.iter().zip(of).map(|(p, v)| (v / strength).min(p.bounds[1])).collect()
 }
 
 /// Every bearing whose housing the drawing leaves on rigid ground.

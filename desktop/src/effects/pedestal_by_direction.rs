@@ -1,7 +1,7 @@
 //! A housing that moves more in one direction than in the other.
 
-use super::pedestal::free_to_move;
-use super::{Effect, Knowledge, Parameter, Place, Scales, carrying, positive};
+use super::pedestal::{free_to_move, softened};
+use super::{Effect, Knowledge, Parameter, Place, Scales, carrying, pedestal_mass, positive_damping};
 use crate::bearing::support::Pedestal;
 use crate::effects::terms::Terms;
 use crate::machine::drawing::Rotor;
@@ -19,7 +19,7 @@ impl Effect for PedestalByDirection {
     }
 
     fn parameters(&self, scales: &Scales) -> Vec<Parameter> {
-        vec![carrying("kx", scales), carrying("ky", scales), positive("m", "kg"), positive("c", "N·s/m")]
+        vec![carrying("kx", scales), carrying("ky", scales), pedestal_mass(scales), positive_damping()]
     }
 
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
@@ -34,9 +34,8 @@ impl Effect for PedestalByDirection {
         starts
     }
 
-    /// A softer one with the same resonance.
-    fn strengthened(&self, _: &Scales, parameters: &[f64], strength: f64) -> Vec<f64> {
-        parameters.iter().map(|v| v / strength).collect()
+    fn strengthened(&self, scales: &Scales, parameters: &[f64], strength: f64) -> Vec<f64> {
+        softened(&self.parameters(scales), parameters, strength)
     }
 
     fn apply(&self, _: &Rotor, place: Place, parameters: &[f64], _: &Scales, terms: &mut Terms) {

@@ -26,10 +26,12 @@ const BEYOND: f64 = 1e4;
 /// Sizes of a machine that runs up to this speed and vibrates this much.
 pub fn scales(rotor: &Rotor, drawn: &Terms, fastest_rad_s: f64, amplitude_m: f64) -> Scales {
     let count = rotor.bearing.len() as f64;
+    let rotor_kg = mass_and_centre(rotor).0;
     let direct = drawn.supports[..rotor.bearing.len()].iter().map(|(_, law)| law.typical_stiffness_n_m());
     Scales {
         stiffness_n_m: direct.map(|k| 0.5 * k.trace()).sum::<f64>() / count,
-        sagging_n_m: GRAVITY_M_S2 * mass_and_centre(rotor).0 / (count * SAG * rotor.length_m()),
+        sagging_n_m: GRAVITY_M_S2 * rotor_kg / (count * SAG * rotor.length_m()),
+        rotor_kg,
         fastest_rad_s,
         reference_rad_s: entry::reference_rad_s(rotor).unwrap_or(REFERENCE_SPEED * fastest_rad_s),
         amplitude_m,
@@ -202,6 +204,12 @@ mod tests {
                     "kind = \"pedestal\"\nat = \"{bearing}\"\nparameters = {{ k = 1e-6, c = 1e3, m = 9.0 }}"
                 ),
                 "k is 1e-6",
+            ),
+            (
+                format!(
+                    "kind = \"pedestal\"\nat = \"{bearing}\"\nparameters = {{ k = 1e8, c = 1e3, m = 42000.0 }}"
+                ),
+                "m is 4.2e4, expected 0.000e0 to",
             ),
             (
                 format!(

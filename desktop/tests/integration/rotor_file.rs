@@ -80,6 +80,7 @@ fn the_page_s_table_lists_every_effect_once_with_its_parameters() {
     let scales = Scales {
         stiffness_n_m: 1e8,
         sagging_n_m: 0.0,
+        rotor_kg: 100.0,
         fastest_rad_s: 1e3,
         reference_rad_s: 7e2,
         amplitude_m: 1e-5,
