@@ -6,6 +6,7 @@ use super::runs::RefutedRun;
 use super::unknown::UnknownCause;
 use crate::effects::Knowledge;
 use crate::fit::bearings::BearingParameter;
+use crate::fit::dimensions::FittedDimension;
 use crate::machine::drawing::Noise;
 use crate::statistics::scatter::Scatter;
 use crate::statistics::significance::percent;
@@ -131,6 +132,8 @@ pub struct Diagnosis {
     pub determined: PlaneUnbalances,
     /// Its bearings as fitted.
     pub bearings: Vec<BearingParameter>,
+    /// Its drawing as fitted.
+    pub dimensions: Vec<FittedDimension>,
     /// Runs whose stated weights are not true.
     pub refuted: Vec<RefutedRun>,
 }

@@ -18,6 +18,7 @@ use super::{advice, checks, evidence, held_out, parameters, rank, runs};
 use crate::error::Error;
 use crate::fit::bearings::BearingParameter;
 use crate::fit::data::Data;
+use crate::fit::dimensions::FittedDimension;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
 use crate::fit::{Fit, Fitter};
@@ -85,17 +86,23 @@ pub fn examine<'a>(
     Ok(DiagnosisRun { diagnosis, base, weighed: Some(weighed) })
 }
 
-/// Planes and bearings of the model as fitted.
+/// Planes, bearings and drawing of the model as fitted.
 pub struct FittedValues {
     determined: PlaneUnbalances,
     bearings: Vec<BearingParameter>,
+    dimensions: Vec<FittedDimension>,
 }
 
 impl FittedValues {
     fn of(base: &BaseModel) -> Result<Self, Error> {
         let covariance = base.fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
         let determined = PlaneUnbalances::by(base, &base.fit, covariance.as_ref());
-        Ok(Self { determined, bearings: base.bearings(&base.fit, covariance.as_ref()) })
+        let bearings = base.bearings(&base.fit, covariance.as_ref());
+        let dimensions = match &covariance {
+            Some(known) => base.fitter.dimensions(&base.hypothesis, &base.fit, &base.drawing, known)?,
+            None => Vec::new(),
+        };
+        Ok(Self { determined, bearings, dimensions })
     }
 }
 
@@ -135,7 +142,7 @@ impl BaseModel<'_> {
         readings: &[Reading],
         noise: Noise,
         mut remarks: Vec<String>,
-        FittedValues { determined, bearings }: FittedValues,
+        FittedValues { determined, bearings, dimensions }: FittedValues,
     ) -> Result<Diagnosis, Error> {
         let rotor = self.fitter.rotor;
         let ModelComparison { tried, unknown, mistaken, ranking } = weighed;
@@ -206,6 +213,7 @@ impl BaseModel<'_> {
             unknown: cause,
             determined,
             bearings,
+            dimensions,
             refuted,
         })
     }
@@ -257,7 +265,7 @@ impl BaseModel<'_> {
         why: String,
         noise: Noise,
         remarks: Vec<String>,
-        FittedValues { determined, bearings }: FittedValues,
+        FittedValues { determined, bearings, dimensions }: FittedValues,
     ) -> Diagnosis {
         let rotor = self.fitter.rotor;
         let possible = self.possible();
@@ -305,6 +313,7 @@ impl BaseModel<'_> {
             unknown: None,
             determined,
             bearings,
+            dimensions,
             refuted: Vec::new(),
         }
     }

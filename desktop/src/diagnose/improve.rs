@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::bearings::BearingParameter;
 use crate::fit::data::Data;
+use crate::fit::dimensions::FittedDimension;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Noise, Rotor};
@@ -39,6 +40,8 @@ pub struct Improvement {
     pub added: Candidate,
     /// The bearings as fitted together with it.
     pub bearings: Vec<BearingParameter>,
+    /// The drawing as fitted together with it.
+    pub dimensions: Vec<FittedDimension>,
 }
 
 #[derive(Debug, Clone)]
@@ -78,7 +81,12 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let tried = base.refined_attempt(placed)?;
     checks::this_machine(rotor, base.relative_error(&tried.fit).min(base.relative_error(base.closest())))?;
     let with = base.hypothesis.with(placed);
+    let dimensions = match &tried.fit.covariance {
+        Some(known) => fitter.dimensions(&with, &tried.fit, tried.drawing(&base), known)?,
+        None => Vec::new(),
+    };
     Ok(Improvement {
+        dimensions,
         rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(&base)),
         error_before: base.relative_error(&base.fit),
         error_after: base.relative_error(&tried.fit),
@@ -112,6 +120,8 @@ pub struct ImprovementOutcome {
     pub determined: PlaneUnbalances,
     /// Its bearings as fitted.
     pub bearings: Vec<BearingParameter>,
+    /// Its drawing as fitted.
+    pub dimensions: Vec<FittedDimension>,
     /// Nature of a cause outside the list, where one is probable.
     pub unknown: Option<UnknownCause>,
     /// The mistake in the files that explains the misfit better than any effect; no effect is added then.
@@ -166,6 +176,7 @@ pub fn improve_telling(
         scatter: at_start.scatter,
         determined: at_start.determined,
         bearings: at_start.bearings,
+        dimensions: at_start.dimensions,
         unknown: at_start.unknown,
         mistake: at_start.mistake,
         refuted: Vec::new(),
@@ -200,7 +211,7 @@ pub fn improve_telling(
     let now = diagnose(&outcome.rotor, readings)?;
     (outcome.verdict, outcome.summary, outcome.candidates) = (now.verdict, now.summary, now.candidates);
     (outcome.scatter, outcome.determined, outcome.unknown) = (now.scatter, now.determined, now.unknown);
-    outcome.bearings = now.bearings;
+    (outcome.bearings, outcome.dimensions) = (now.bearings, now.dimensions);
     outcome.nothing_missing[1] = now.nothing_missing;
     // the effects of the set together against something that no effect is
     let probability = 1.0 / (1.0 + unknown_odds);

@@ -31,6 +31,7 @@ mod sweep;
 mod unknown;
 mod verdict;
 
+pub use crate::fit::dimensions::FittedDimension;
 pub use crate::receptance::update::solved_responses;
 pub use crate::statistics::scatter::Scatter;
 pub use answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE, SuspectedMistake};

@@ -8,7 +8,7 @@
 //! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
-//! | [`bearings`] | bearing parameters of a fit with their uncertainty |
+//! | [`bearings`], [`dimensions`] | bearings and drawing of a fit with their uncertainty |
 //! | [`forward`] | what a hypothesis predicts of readings that nobody has made yet |
 //! | `queries`, [`trial`] | uncertainty, sensitivity and misfit of a fit that is there, or anywhere else |
 //!
@@ -20,6 +20,7 @@ mod common_optimum;
 pub mod data;
 mod derivative;
 pub(crate) mod descent;
+pub mod dimensions;
 pub mod drawing_errors;
 mod error_slopes;
 pub mod forward;

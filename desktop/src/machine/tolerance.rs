@@ -70,6 +70,21 @@ impl Deviation {
         }
     }
 
+    /// Unit of how far it is off; empty of a share of the drawn value.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::DiskPosition(_)
+            | Self::BearingPosition(_)
+            | Self::ProbePosition(_)
+            | Self::PlanePosition(_) => "m",
+            Self::Modulus
+            | Self::Diameter(_)
+            | Self::DiskMass(_)
+            | Self::DiskDiametralInertia(_)
+            | Self::DiskPolarInertia(_) => "",
+        }
+    }
+
     /// Its standard deviation, relative or in m.
     fn sd(self, tolerance: &Tolerance) -> f64 {
         match self {

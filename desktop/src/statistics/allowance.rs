@@ -80,6 +80,21 @@ impl Allowance {
         &self.vectors * seen.component_mul(&self.values.map(|v| (1.0 + v).recip()))
     }
 
+    /// Variance of each error beside unknowns of this covariance, which change the residuals by these columns: its own, and what not
+    /// knowing the unknowns adds.
+    pub fn variances(&self, columns: &DMatrix<f64>, covariance: &DMatrix<f64>) -> DVector<f64> {
+        let follow: Vec<DVector<f64>> =
+            columns.column_iter().map(|column| self.estimate(&column.into_owned())).collect();
+        let follow = DMatrix::from_fn(self.values.len(), columns.ncols(), |i, j| follow[j][i]);
+        let added = (&follow * covariance).component_mul(&follow);
+        DVector::from_fn(self.values.len(), |i, _| self.own_variance(i) + added.row(i).sum())
+    }
+
+    /// Variance of an error where all else is known.
+    fn own_variance(&self, i: usize) -> f64 {
+        self.vectors.row(i).iter().zip(self.values.iter()).map(|(v, value)| v * v / (1.0 + value)).sum()
+    }
+
     /// Real numbers that the errors use up.
     pub fn used_up(&self) -> f64 {
         self.values.iter().map(|v| v / (1.0 + v)).sum()
@@ -87,11 +102,8 @@ impl Allowance {
 
     /// How many of the last `count` errors the data determine rather than their prior.
     pub fn determined(&self, count: usize) -> f64 {
-        let variance = |i: usize| -> f64 {
-            self.vectors.row(i).iter().zip(self.values.iter()).map(|(v, value)| v * v / (1.0 + value)).sum()
-        };
         let all = self.vectors.nrows();
-        count as f64 - (all - count..all).map(variance).sum::<f64>()
+        count as f64 - (all - count..all).map(|i| self.own_variance(i)).sum::<f64>()
     }
 }
 
@@ -132,6 +144,24 @@ mod tests {
         let residual = residual.column(0).into_owned();
         assert!((scaled.estimate(&residual) - direct.estimate(&residual)).amax() < 1e-12);
         assert!((scaled.log_det() - direct.log_det()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn variances_are_those_of_errors_and_unknowns_together() {
+        let jacobian = DMatrix::from_fn(12, 3, |i, j| ((i * 3 + j * 7) as f64).sin());
+        let columns = DMatrix::from_fn(12, 2, |i, j| ((i * 5 + j * 2) as f64).cos());
+        let allowance = Allowance::new(jacobian.clone());
+        let mut white = columns.clone();
+        allowance.whiten(&mut white);
+        let covariance = (white.transpose() * white).try_inverse().unwrap();
+        // unknowns without a prior, errors with one of unit variance
+        let mut all = columns.clone().resize_horizontally(5, 0.0);
+        all.columns_mut(2, 3).copy_from(&jacobian);
+        let mut information = all.transpose() * all;
+        (2..5).for_each(|i| information[(i, i)] += 1.0);
+        let joint = information.try_inverse().unwrap();
+        let variances = allowance.variances(&columns, &covariance);
+        (0..3).for_each(|i| assert!((variances[i] - joint[(2 + i, 2 + i)]).abs() < 1e-12));
     }
 
     #[test]

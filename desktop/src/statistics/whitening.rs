@@ -189,6 +189,12 @@ impl Whitening {
         self.deviations.estimate(&self.whitened_at_centre(residual).column(0).into_owned())
     }
 
+    /// Variance of each deviation beside unknowns of this covariance, which change the model by these whitened columns.
+    pub fn variances(&self, mut columns: DMatrix<f64>, covariance: &DMatrix<f64>) -> DVector<f64> {
+        self.deviations.unwhiten(&mut columns);
+        self.deviations.variances(&columns, covariance)
+    }
+
     /// Squared weighted residuals of the drawing at `centre`, squared deviations and errors between runs, the last two at their most
     /// probable.
     pub fn stated_chi2(&self, residual: &DVector<f64>) -> f64 {

@@ -11,6 +11,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::alphabetical;
+use super::dimensions::DimensionAnswer;
 use super::findings::{DeterminedAnswer, NoiseAnswer, RefutedRunAnswer, UnknownCauseAnswer};
 use super::identify::{DepartureAnswer, IdentifiedCoefficient};
 use super::shared::STANDARD_DEVIATION;
@@ -41,6 +42,9 @@ pub struct DiagnosisAnswer {
     /// As fitted.
     #[serde(serialize_with = "alphabetical")]
     pub bearings: Vec<IdentifiedCoefficient>,
+    /// The drawing as fitted; none of an exact one.
+    #[serde(serialize_with = "alphabetical")]
+    pub dimensions: Vec<DimensionAnswer>,
     #[serde(serialize_with = "alphabetical")]
     pub unknown: Option<UnknownCauseAnswer>,
     #[serde(serialize_with = "alphabetical")]
@@ -164,6 +168,8 @@ pub struct Addition {
     pub units: BTreeMap<String, &'static str>,
     /// As fitted together with the effect.
     pub bearings: Vec<IdentifiedCoefficient>,
+    /// The drawing as fitted together with the effect; none of an exact one.
+    pub dimensions: Vec<DimensionAnswer>,
     pub disqualified: Option<String>,
     #[serde(skip)]
     pub fitted: FittedAnswer,
@@ -204,6 +210,8 @@ pub struct ImprovementAnswer {
     pub determined: DeterminedAnswer,
     /// As fitted, with all effects.
     pub bearings: Vec<IdentifiedCoefficient>,
+    /// The drawing as fitted, with all effects; none of an exact one.
+    pub dimensions: Vec<DimensionAnswer>,
     pub unknown: Option<UnknownCauseAnswer>,
     pub refuted_runs: Vec<RefutedRunAnswer>,
     /// Numbers of bearings that are not as stated, where the model is adequate.
@@ -234,6 +242,7 @@ impl From<&Diagnosis> for DiagnosisAnswer {
             noise: (&found.scatter).into(),
             determined: DeterminedAnswer::of(&found.determined, found.verdict.model_fits()),
             bearings: found.bearings.iter().map(IdentifiedCoefficient::from).collect(),
+            dimensions: found.dimensions.iter().map(DimensionAnswer::from).collect(),
             unknown: found.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&found.refuted),
             not_as_stated: not_as_stated(&found.bearings, found.verdict),
@@ -325,6 +334,7 @@ impl From<&Improvement> for Addition {
             model_adequate: better.added.model_fits,
             units: units(&better.added),
             bearings: better.bearings.iter().map(IdentifiedCoefficient::from).collect(),
+            dimensions: better.dimensions.iter().map(DimensionAnswer::from).collect(),
             disqualified: better.added.disqualified.clone(),
             fitted: (&better.added).into(),
         }
@@ -361,6 +371,7 @@ impl From<&ImprovementOutcome> for ImprovementAnswer {
             noise: (&outcome.scatter).into(),
             determined: DeterminedAnswer::of(&outcome.determined, outcome.verdict.model_fits()),
             bearings: outcome.bearings.iter().map(IdentifiedCoefficient::from).collect(),
+            dimensions: outcome.dimensions.iter().map(DimensionAnswer::from).collect(),
             unknown: outcome.unknown.as_ref().map(UnknownCauseAnswer::from),
             refuted_runs: refuted_runs(&outcome.refuted),
             not_as_stated: not_as_stated(&outcome.bearings, outcome.verdict),

@@ -9,6 +9,7 @@ pub mod check;
 pub mod compare;
 pub mod decode;
 pub mod diagnose;
+pub mod dimensions;
 pub mod estimate;
 pub mod extract;
 pub mod findings;

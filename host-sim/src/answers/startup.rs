@@ -15,6 +15,7 @@ use rotor_edge_desktop::units::rpm;
 use serde::Serialize;
 
 use super::diagnose::{FittedAnswer, Parameters, intervals, parameters, uncertainty};
+use super::dimensions::DimensionAnswer;
 use super::identify::IdentifiedCoefficient;
 use super::shared::{ByName, STANDARD_DEVIATION, ZERO_TO_PEAK};
 
@@ -207,6 +208,8 @@ pub struct ImprovedStartup {
     pub own_unbalance: Vec<OwnUnbalance>,
     /// As fitted, with all effects.
     pub bearings: Vec<IdentifiedCoefficient>,
+    /// The drawing as fitted, with all effects; none of an exact one.
+    pub dimensions: Vec<DimensionAnswer>,
     /// Whether the model describes the data; if not, no interval of its numbers holds.
     pub model_adequate: bool,
     pub pedestal_resonance_rpm: Vec<PedestalResonance>,
@@ -459,6 +462,7 @@ impl From<&ModelRefinement> for ImprovedStartup {
                 .map(|(u, sd)| OwnUnbalance::of(*u, *sd, model_adequate))
                 .collect(),
             bearings: chain.outcome.bearings.iter().map(IdentifiedCoefficient::from).collect(),
+            dimensions: chain.outcome.dimensions.iter().map(DimensionAnswer::from).collect(),
             model_adequate,
             pedestal_resonance_rpm: pedestals(chain).collect(),
             shaft_bow_not_added: chain.bow().map(|b| BowNotAdded {

@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<Json> {
     findings::parameters(&answer.fitted).iter().for_each(|line| say!("  {line}"));
     say!("  error          {:>8.2} %  →  {:.2} %", answer.error_before * 100.0, answer.error_after * 100.0);
     say!("  χ² per value   {:>8.2}    →  {:.2}", answer.chi2_per_value_before, answer.chi2_per_value_after);
-    terminal::print(&findings::bearings_text(&answer.bearings, answer.model_adequate));
+    terminal::print(&findings::fitted_text(&answer.bearings, &answer.dimensions, answer.model_adequate));
     say!("\nWritten to {}.", arguments.output.display());
     output::say_next(&next);
     Ok(None)

@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
         let drawn = fitted::curves(std::slice::from_ref(&fit), &readings);
         let story = render::fitted::of_model(&drawn, sure, (words.clone(), Some(command.clone())));
         let mut sections = render::fitted::compared(&rotor, &drawn);
-        sections.push(findings::section(&answer.noise, &answer.determined, &[], None));
+        sections.push(findings::section(&answer.noise, &answer.determined, Vec::new(), None));
         output::story(path, &format!("{}: model against measurement", rotor.name), &story, sections)?;
     }
     if arguments.form.json {

@@ -91,7 +91,7 @@ pub fn text(found: &DiagnosisAnswer, top: usize) -> String {
             );
         }
     }
-    text + &findings::bearings_text(&found.bearings, found.determined.model_adequate)
+    text + &findings::fitted_text(&found.bearings, &found.dimensions, found.determined.model_adequate)
 }
 
 /// The first screen of the page; the models are the one as it is, and that with the best candidate, if one is claimed.
@@ -122,7 +122,9 @@ pub fn story(found: &DiagnosisAnswer, drawn: &FittedCurves, next: (String, Optio
 /// The page below the story; `rotor` is the machine as its file has it.
 pub fn sections(answer: &DiagnosisAnswer, rotor: &Rotor, drawn: &FittedCurves) -> Vec<Section> {
     let unknown = answer.unknown.as_ref();
-    let findings = findings::section(&answer.noise, &answer.determined, &answer.bearings, unknown);
+    let tables =
+        findings::fitted_tables(&answer.bearings, &answer.dimensions, answer.determined.model_adequate);
+    let findings = findings::section(&answer.noise, &answer.determined, tables, unknown);
     let mut sections = vec![verdict(answer), candidates(answer), findings];
     sections.extend(fitted::compared(rotor, drawn));
     sections

@@ -5,8 +5,9 @@ use rotor_edge_desktop::identify::Identifiability;
 use rotor_edge_desktop::interval::HALF_95;
 use rotor_edge_desktop::significance::percent;
 
-use super::text;
+use super::{dimensions, text};
 use crate::answers::diagnose::FittedAnswer;
+use crate::answers::dimensions::DimensionAnswer;
 #[cfg(test)]
 use crate::answers::findings::REJECTED;
 use crate::answers::findings::{DeterminedAnswer, DeterminedPlaneAnswer, NoiseAnswer, UnknownCauseAnswer};
@@ -112,6 +113,25 @@ pub fn bearings_table(bearings: &[IdentifiedCoefficient], model_adequate: bool) 
         columns: BEARING_COLUMNS.map(String::from).to_vec(),
         rows: bearing_rows(bearings, model_adequate).into_iter().map(Vec::from).collect(),
     })
+}
+
+/// Bearings and drawing as fitted.
+pub fn fitted_text(
+    bearings: &[IdentifiedCoefficient],
+    drawing: &[DimensionAnswer],
+    model_adequate: bool,
+) -> String {
+    bearings_text(bearings, model_adequate) + &dimensions::in_text(drawing, model_adequate)
+}
+
+/// The same as tables of a page.
+pub fn fitted_tables(
+    bearings: &[IdentifiedCoefficient],
+    drawing: &[DimensionAnswer],
+    model_adequate: bool,
+) -> Vec<PageTable> {
+    let tables = [bearings_table(bearings, model_adequate), dimensions::in_page(drawing, model_adequate)];
+    tables.into_iter().flatten().collect()
 }
 
 /// Numbers of bearings that are not as stated, a sentence each.
@@ -230,11 +250,11 @@ pub fn parameters(fitted: &FittedAnswer) -> Vec<String> {
     lines
 }
 
-/// All of it as a section of a page.
+/// All of it as a section of a page, with tables of what was fitted.
 pub fn section(
     found: &NoiseAnswer,
     determined: &DeterminedAnswer,
-    bearings: &[IdentifiedCoefficient],
+    tables: Vec<PageTable>,
     cause: Option<&UnknownCauseAnswer>,
 ) -> Section {
     let mut paragraphs: Vec<String> = cause.map(unknown).into_iter().collect();
@@ -244,7 +264,6 @@ pub fn section(
         true => "What the data determine",
         false => "Fitted values of a rejected model",
     };
-    let tables = bearings_table(bearings, determined.model_adequate).into_iter().collect();
     Section { heading: heading.into(), paragraphs, tables, ..Section::default() }
 }
 
@@ -293,7 +312,7 @@ mod tests {
 
     #[test]
     fn rejected_model_has_no_interval_and_says_why() {
-        let page = section(&NOISE, &determined(false), &[stiffness()], None);
+        let page = section(&NOISE, &determined(false), fitted_tables(&[stiffness()], &[], false), None);
         let shown = format!("{page:?}{}", bearings_text(&[stiffness()], false));
         for interval in ["1049", "1091", "±", "154", "166"] {
             assert!(!shown.contains(interval), "{interval}: {shown}");
@@ -304,7 +323,10 @@ mod tests {
 
     #[test]
     fn adequate_model_states_bearings_and_planes_with_95_percent() {
-        let page = format!("{:?}", section(&NOISE, &determined(true), &[stiffness()], None));
+        let page = format!(
+            "{:?}",
+            section(&NOISE, &determined(true), fitted_tables(&[stiffness()], &[], true), None)
+        );
         assert!(page.contains("1070 g·mm (1049 to 1091 with 95 %) at 30° ± 2°"), "{page}");
         let mut small = determined(true);
         small.planes.iter_mut().flatten().for_each(|p| {

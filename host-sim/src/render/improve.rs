@@ -35,8 +35,9 @@ pub fn text(answer: &ImprovementAnswer) -> String {
         true => effects,
         false => format!("\nEffects as fitted (± is a 95 % half-width)\n{effects}"),
     };
-    let bearings = findings::bearings_text(&answer.bearings, answer.determined.model_adequate);
-    format!("{}: {}\n{lines}{unknown}{effects}{bearings}", answer.verdict, answer.summary)
+    let fitted =
+        findings::fitted_text(&answer.bearings, &answer.dimensions, answer.determined.model_adequate);
+    format!("{}: {}\n{lines}{unknown}{effects}{fitted}", answer.verdict, answer.summary)
 }
 
 /// The effect that `add` added, with the bearings, as a section of a page.
@@ -46,7 +47,7 @@ pub fn addition(answer: &Addition) -> Section {
     Section {
         heading: "What was added".into(),
         paragraphs,
-        tables: findings::bearings_table(&answer.bearings, answer.model_adequate).into_iter().collect(),
+        tables: findings::fitted_tables(&answer.bearings, &answer.dimensions, answer.model_adequate),
         ..Section::default()
     }
 }
@@ -153,7 +154,7 @@ pub fn sections(
     sections.push(findings::section(
         &answer.noise,
         &answer.determined,
-        &answer.bearings,
+        findings::fitted_tables(&answer.bearings, &answer.dimensions, answer.determined.model_adequate),
         answer.unknown.as_ref(),
     ));
     sections

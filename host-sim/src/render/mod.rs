@@ -53,6 +53,7 @@ pub mod check;
 pub mod comparison;
 pub mod curve;
 pub mod diagnose;
+pub mod dimensions;
 pub mod document;
 pub mod estimate;
 pub mod extract;

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..inputs import Rotor
 from ..record import Answer, Record
+from .dimensions import Dimension
 from .findings import Determined, Noise, RefutedRun, UnknownCause
 from .identify import Departure, IdentifiedCoefficient
 
@@ -89,6 +90,8 @@ class Diagnosis(Answer):
     determined: Determined
     bearings: tuple[IdentifiedCoefficient, ...]
     """As fitted."""
+    dimensions: tuple[Dimension, ...]
+    """The drawing as fitted; none of an exact one."""
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
     not_as_stated: tuple[Departure, ...]
@@ -120,6 +123,8 @@ class Addition(Answer):
     units: dict[str, str]
     bearings: tuple[IdentifiedCoefficient, ...]
     """As fitted together with the effect."""
+    dimensions: tuple[Dimension, ...]
+    """The drawing as fitted together with the effect; none of an exact one."""
     disqualified: str | None
     rotor: Rotor = field(kw_only=True)
     """The better model."""
@@ -158,6 +163,8 @@ class Improvement(Answer):
     determined: Determined
     bearings: tuple[IdentifiedCoefficient, ...]
     """As fitted, with all effects."""
+    dimensions: tuple[Dimension, ...]
+    """The drawing as fitted, with all effects; none of an exact one."""
     unknown: UnknownCause | None
     refuted_runs: tuple[RefutedRun, ...]
     not_as_stated: tuple[Departure, ...]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ..inputs import Rotor
 from ..record import Answer, Array, Record
 from .diagnose import Parameters
+from .dimensions import Dimension
 from .identify import IdentifiedCoefficient
 
 ByDirection = dict[str, float | None]
@@ -167,6 +168,8 @@ class ImprovedStartup(Record):
     own_unbalance: tuple[OwnUnbalance, ...]
     bearings: tuple[IdentifiedCoefficient, ...]
     """As fitted, with all effects."""
+    dimensions: tuple[Dimension, ...]
+    """The drawing as fitted, with all effects; none of an exact one."""
     model_adequate: bool
     """Whether the model describes the data; if not, no interval of its numbers holds."""
     pedestal_resonance_rpm: tuple[PedestalResonance, ...]

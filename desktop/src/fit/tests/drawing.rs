@@ -84,5 +84,13 @@ fn a_machine_that_differs_from_its_drawing_is_found() {
     // without noise all that is left is the pull of the priors
     assert!(fit.chi2 < 0.2 * off.chi2, "{} against {}", fit.chi2, off.chi2);
     let again = fitter.relinearised(&h, &fit, &settled).unwrap();
-    assert!((again.deviation - settled.deviation).amax() < 0.02, "it has settled");
+    assert!((&again.deviation - &settled.deviation).amax() < 0.02, "it has settled");
+    let covariance = fitter.covariance(&h, &fit, &settled).unwrap().unwrap();
+    let dimensions = fitter.dimensions(&h, &fit, &settled, &covariance).unwrap();
+    let from_data =
+        dimensions.iter().zip(fitter.deviations.kinds.iter().zip(&truth)).filter(|(d, _)| d.from_data);
+    let shown: Vec<bool> = from_data
+        .map(|(d, ((_, tolerance), t))| (d.interval_95[0]..=d.interval_95[1]).contains(&(tolerance * t)))
+        .collect();
+    assert!(shown.len() > 2 && shown.iter().all(|holds| *holds), "{dimensions:?}");
 }

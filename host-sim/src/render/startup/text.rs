@@ -41,7 +41,7 @@ pub fn text(answer: &StartupAnswer, evaluated: &EvaluatedStartup) -> String {
     );
     text += &table(&stage_columns(evaluated), &stage_rows(answer, &evaluated.bearings));
     if let Some(improved) = &answer.improved {
-        text += &findings::bearings_text(&improved.bearings, improved.model_adequate);
+        text += &findings::fitted_text(&improved.bearings, &improved.dimensions, improved.model_adequate);
         for effect in &improved.effects {
             let _ = writeln!(text, "  {}", effect.fitted.label);
             for line in findings::parameters(&effect.fitted) {
