@@ -285,7 +285,7 @@ mod slow {
         let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).collect();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
         let mut named = 0;
-        for count in 5..14 {
+        for count in 3..=20 {
             let drawn = draw(&names, count, &mut random);
             let (some, readings) = part(&drawn);
             let found = diagnose(&some, &readings).unwrap();
@@ -293,7 +293,7 @@ mod slow {
             assert!(found.bad_probe.as_deref().is_none_or(|probe| probe == "P1X"), "{drawn:?}");
             named += usize::from(found.bad_probe.is_some());
         }
-        assert!(named >= 4, "{named} of 9");
+        assert!(named > 9, "{named} of 18");
     }
 
     #[test]
