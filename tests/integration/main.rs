@@ -17,6 +17,7 @@ mod mutation;
 mod readers;
 mod report;
 mod rk4;
+mod rk4_run_up;
 mod ross;
 mod ross_simulated;
 mod scenarios;

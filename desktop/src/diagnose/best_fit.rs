@@ -78,17 +78,24 @@ fn fit_and<T>(
     let noise = Noise::of(rotor, readings);
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
-    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings));
-    checks::enough(&fitter)?;
+    let (steady, swept);
+    steady = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    checks::enough(&steady)?;
     remarks.extend(noise.assumption(rotor));
     remarks.extend(Tolerance::assumption(rotor));
-    let base = BaseModel::fit(&fitter)?.holding(file, held)?;
+    let mut base = BaseModel::fit(&steady)?;
+    if let Some(data) = base.transient(readings, &noise)? {
+        swept = Fitter::new(rotor, data);
+        base = BaseModel::fit(&swept)?;
+    }
+    let base = base.holding(file, held)?;
+    let fitter = base.fitter;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     checks::this_machine(rotor, base.relative_error(base.closest()))?;
     remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
     let predicted_m = by_reading(readings, &base.fit.predicted_m);
     let fitted = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
-    remarks.extend(Sweep::of(&fitted, readings, &noise).map(|sweep| sweep.remark));
+    remarks.extend(base.remark_on_sweep(readings, Sweep::of(&fitted, readings, &noise).as_ref()));
     let planes = rotor.plane.len();
     let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
     let first = base.fit.x.len();

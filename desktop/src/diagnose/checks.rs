@@ -5,7 +5,6 @@ use nalgebra::Complex;
 use super::base::BaseModel;
 use crate::compare::{ProbePair, probe_pairs};
 use crate::error::Error;
-use crate::fit::data::Data;
 use crate::fit::{Effort, Fitter};
 use crate::grade::{largest_plausible_g_mm, permissible_g_mm};
 use crate::machine::bearings::Bearings;
@@ -139,7 +138,7 @@ pub fn not_reversed(
         .iter()
         .map(|r| Reading { probes: r.probes.iter().map(|y| y.map(|y| y.conj())).collect(), ..r.clone() })
         .collect();
-    let fitter = Fitter::new(rotor, Data::new(rotor, noise, &mirrored));
+    let fitter = Fitter::new(rotor, base.fitter.data.of_same_runs(rotor, noise, &mirrored));
     let start = [base.hypothesis_start(), base.search.1.x.clone()];
     let amplitudes = Some(&base.search.1.amplitudes);
     // as stated: the most probable errors of a machine turned round mean nothing

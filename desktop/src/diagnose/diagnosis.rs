@@ -48,8 +48,27 @@ pub fn diagnose_telling(
 ) -> Result<Diagnosis, Error> {
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
-    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
-    Ok(examine(&fitter, readings, noise)?.diagnosis)
+    let remarks = remarks_before(rotor, readings, noise)?;
+    let (steady, swept);
+    steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
+    let mut base = BaseModel::fit(&steady)?;
+    if let Some(data) = base.transient(readings, &noise)? {
+        swept = Fitter::new(rotor, data).telling(told);
+        base = BaseModel::fit(&swept)?;
+    }
+    Ok(examine(base, readings, noise, remarks)?.diagnosis)
+}
+
+/// What is odd in the files before any fit.
+///
+/// # Errors
+/// If the data cannot be this machine's, or are too many.
+pub fn remarks_before(rotor: &Rotor, readings: &[Reading], noise: Noise) -> Result<Vec<String>, Error> {
+    checks::not_too_many(readings)?;
+    let mut remarks = checks::before(rotor, readings)?;
+    remarks.extend(noise.assumption(rotor));
+    remarks.extend(Tolerance::assumption(rotor));
+    Ok(remarks)
 }
 
 /// A diagnosis with the fits behind it.
@@ -60,21 +79,17 @@ pub struct DiagnosisRun<'a> {
     pub weighed: Option<ModelComparison>,
 }
 
-/// Diagnoses the machine of a fitter, as it was stated before any fit, from the readings that it was made of.
+/// Diagnoses a machine by the fit of its file, as it was stated before any fit, to these readings.
 ///
 /// # Errors
 /// As [`diagnose`].
 pub fn examine<'a>(
-    fitter: &'a Fitter<'a>,
+    base: BaseModel<'a>,
     readings: &[Reading],
     noise: Noise,
+    remarks: Vec<String>,
 ) -> Result<DiagnosisRun<'a>, Error> {
-    let rotor = fitter.rotor;
-    checks::not_too_many(readings)?;
-    let mut remarks = checks::before(rotor, readings)?;
-    remarks.extend(noise.assumption(rotor));
-    remarks.extend(Tolerance::assumption(rotor));
-    let base = BaseModel::fit(fitter)?;
+    let rotor = base.fitter.rotor;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let fitted = FittedValues::of(&base)?;
     if let Some(why) = rank::saturation(&base) {
@@ -166,14 +181,16 @@ impl BaseModel<'_> {
         let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
         let sweep = Sweep::of(&found, readings, &noise);
         let too_fast = match &sweep {
-            Some(sweep) if ranking.nothing_missing < SURE => lag_explains(sweep, rotor, readings)?,
+            Some(sweep) if ranking.nothing_missing < SURE && !self.fitter.data.is_swept() => {
+                lag_explains(sweep, rotor, readings)?
+            }
             _ => false,
         };
         let said = verdict(&evidence, too_fast)?;
         let (verdict, mut summary) = (said.verdict, said.summary);
         let alike = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined);
         summary += &alike.map_or_else(String::new, |alike| format!(" {alike}"));
-        remarks.extend(sweep.map(|sweep| sweep.remark));
+        remarks.extend(self.remark_on_sweep(readings, sweep.as_ref()));
         remarks.extend(checks::far_below_noise(self));
         let is_of_machine = !too_fast && said.mistake.is_none();
         let asks = verdict == DiagnosisVerdict::Undecided && is_of_machine && said.together.is_empty();

@@ -29,8 +29,8 @@ pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
             continue;
         }
         let sides = [(base.fitter.part(&kept), kept), (base.fitter.part(&left), left)];
-        before.extend(misfits(&sides, &base.hypothesis, &base.fit, &base.drawing)?);
-        after.extend(misfits(&sides, &with, &best.fit, best.drawing(base))?);
+        before.extend(misfits(base.fitter, &sides, &base.hypothesis, &base.fit, &base.drawing)?);
+        after.extend(misfits(base.fitter, &sides, &with, &best.fit, best.drawing(base))?);
     }
     let per_value = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
     // a difference for each real number, and how far their sum would scatter if it were nothing
@@ -42,12 +42,13 @@ pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
 
 /// Squared misfits on the second side of a hypothesis fitted to the first.
 fn misfits(
+    fitter: &Fitter,
     [(kept, kept_rows), (left, left_rows)]: &[(Fitter, Vec<usize>); 2],
     hypothesis: &Hypothesis,
     fit: &Fit,
     drawing: &Drawing,
 ) -> Result<Vec<f64>, Error> {
-    let of = |rows: &[usize]| rows.iter().map(|r| fit.amplitudes[*r].clone()).collect::<Vec<_>>();
+    let of = |rows: &[usize]| fitter.part_of_amplitudes(&fit.amplitudes, rows);
     let amplitudes = of(kept_rows);
     let start = [fit.x.clone()];
     let mut refit = kept.fit(hypothesis, &start, &kept.known(drawing), Effort::Search, Some(&amplitudes))?;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::answer::{Candidate, DiagnosisVerdict, SURE, SuspectedMistake};
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit, explains, same};
-use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine};
+use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine, remarks_before};
 use super::planes::PlaneUnbalances;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{EffectSet, SearchReach, SetComparison, together};
@@ -68,11 +68,17 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let placed = PlacedEffect { effect, place };
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
-    let fitter = Fitter::new(rotor, Data::new(rotor, &noise, readings)).knowing(place);
+    let (steady, swept);
+    steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).knowing(place);
     checks::not_too_many(readings)?;
     checks::before(rotor, readings)?;
-    checks::enough(&fitter)?;
-    let base = BaseModel::fit(&fitter)?;
+    checks::enough(&steady)?;
+    let mut base = BaseModel::fit(&steady)?;
+    if let Some(data) = base.transient(readings, &noise)? {
+        swept = Fitter::new(rotor, data).knowing(place);
+        base = BaseModel::fit(&swept)?;
+    }
+    let fitter = base.fitter;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let present = base.hypothesis.effects.iter().any(|e| same(e, &placed));
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
@@ -161,8 +167,17 @@ pub fn improve_telling(
 ) -> Result<ImprovementOutcome, Error> {
     let stated = rotor.as_stated();
     let noise = Noise::of(&stated, readings);
-    let fitter = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
-    let DiagnosisRun { diagnosis: at_start, base: start, weighed } = examine(&fitter, readings, noise)?;
+    let at_first = remarks_before(&stated, readings, noise)?;
+    let (steady, swept);
+    steady = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
+    let mut base = BaseModel::fit(&steady)?;
+    if let Some(data) = base.transient(readings, &noise)? {
+        swept = Fitter::new(&stated, data).telling(told);
+        base = BaseModel::fit(&swept)?;
+    }
+    let fitter = base.fitter;
+    let DiagnosisRun { diagnosis: at_start, base: start, weighed } =
+        examine(base, readings, noise, at_first)?;
     let mut outcome = ImprovementOutcome {
         rotor: rotor.clone(),
         steps: Vec::new(),
@@ -200,7 +215,7 @@ pub fn improve_telling(
             outcome.summary = "An effect is missing. No physically possible set of known effects explains the data better than \
                                an unknown cause."
                 .into();
-            outcome.unknown = Some(unknown.cause(&fitter, outside));
+            outcome.unknown = Some(unknown.cause(fitter, outside));
         }
         return Ok(outcome);
     };

@@ -38,7 +38,7 @@ impl<'a> Screening<'a> {
             return Ok(None);
         }
         let fitter = all.part(&chosen);
-        let amplitudes: Amplitudes = chosen.iter().map(|r| fit.amplitudes[*r].clone()).collect();
+        let amplitudes: Amplitudes = all.part_of_amplitudes(&fit.amplitudes, &chosen);
         let at = |drawing: &Drawing| {
             fitter.fit(model, std::slice::from_ref(&fit.x), drawing, Effort::Linear, Some(&amplitudes))
         };

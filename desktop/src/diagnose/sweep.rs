@@ -8,16 +8,21 @@
 //! resonance, and at most `(3√3/8) α/(ζω)²` of the amplitude, beside it. A run is quasi-steady where `α ≪ (ζω)²` (Lewis,
 //! *Vibration during acceleration through a critical speed*, Trans. ASME 54, 1932).
 
-use crate::units::SECONDS_A_DAY;
 use nalgebra::{Complex, DVector};
 
+use super::as_file::as_file;
+use super::base::BaseModel;
+use crate::error::Error;
+use crate::fit::Fitter;
+use crate::fit::data::Data;
+use crate::fit::data::sweep::{SPEEDS, SweepPlan};
 use crate::machine::drawing::{Noise, Plane, Rotor};
 use crate::measurement::Reading;
 use crate::model::Model;
 use crate::reduction::basis;
 use crate::reduction::sizes::SIMULATED;
 use crate::unbalance::phasor_kg_m;
-use crate::units::rpm;
+use crate::units::{SECONDS_A_DAY, rpm};
 
 type C = Complex<f64>;
 
@@ -35,6 +40,8 @@ pub struct Sweep {
     lag_m: Vec<Vec<C>>,
     /// Whether it is small enough to be taken off.
     pub small: bool,
+    /// Runs whose lag is the largest: that of all others together is below the noise.
+    runs: Vec<Option<String>>,
     pub remark: String,
 }
 
@@ -47,6 +54,7 @@ impl Sweep {
         }
         let lag_m = lags_m(fitted, readings, &rates);
         let (mut chi2, mut values) = (0.0, 0);
+        let mut of_runs: Vec<(&Option<String>, f64)> = Vec::new();
         let mut worst = (0.0, 0, C::from(0.0));
         let mut largest = vec![(0.0_f64, 0.0_f64); fitted.probe.len()];
         for (row, reading) in readings.iter().enumerate() {
@@ -55,6 +63,10 @@ impl Sweep {
                 let in_noise = (lag.norm() / noise.sigma_m(y)).powi(2);
                 chi2 += in_noise;
                 values += 2;
+                match of_runs.iter_mut().find(|(run, _)| **run == reading.run) {
+                    Some((_, own)) => *own += in_noise,
+                    None => of_runs.push((&reading.run, in_noise)),
+                }
                 largest[p] = (largest[p].0.max(lag.norm()), largest[p].1.max(y.norm()));
                 if in_noise > worst.0 {
                     worst = (in_noise, row, lag / y);
@@ -66,7 +78,7 @@ impl Sweep {
             return None;
         }
         let (_, row, relative) = worst;
-        let rate = rpm(rates.iter().fold(0.0, |most, rate| rate.abs().max(most)));
+        let rate = fastest_rpm_s(&rates);
         let remark = format!(
             "The speed changes by up to {rate:.0} rpm a second, too fast for a steady response: at {:.0} rpm it is off by about \
              {:.0} % and {:.0}°. Below {:.1} rpm a second the noise hides that.",
@@ -76,7 +88,16 @@ impl Sweep {
             rate * (hidden / chi2).sqrt()
         );
         let small = largest.iter().all(|(lag, shown)| *lag <= FIRST_ORDER * shown);
-        Some(Self { lag_m, small, remark })
+        of_runs.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut left = chi2;
+        let mut is_seen = |own: &f64| {
+            let seen = left > hidden;
+            left -= own;
+            seen
+        };
+        let largest = of_runs.iter().take_while(|(_, own)| is_seen(own));
+        let runs = largest.map(|(run, _)| (*run).clone()).collect();
+        Some(Self { lag_m, small, runs, remark })
     }
 
     /// The readings as they would be at steady speeds.
@@ -87,6 +108,59 @@ impl Sweep {
         };
         readings.iter().zip(&self.lag_m).map(steady).collect()
     }
+}
+
+impl BaseModel<'_> {
+    /// The data with those runs as transients that change speed too fast for a steady response; `None` where the noise hides that, where
+    /// it cannot be told from the times, and where it would not explain the data better.
+    ///
+    /// # Errors
+    /// If the machine is singular.
+    pub fn transient(&self, readings: &[Reading], noise: &Noise) -> Result<Option<Data>, Error> {
+        let rotor = self.fitter.rotor;
+        let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
+        let Some(sweep) = Sweep::of(&found, readings, noise) else { return Ok(None) };
+        for speeds in SPEEDS {
+            let plan = SweepPlan { runs: sweep.runs.clone(), speeds };
+            let Some(data) = Data::swept(rotor, noise, readings, &plan) else { continue };
+            let fitter = Fitter::new(rotor, data);
+            let Ok(base) = BaseModel::fit(&fitter) else { continue };
+            if !plan.is_whole(readings) && !base.remembers_enough(readings, noise, &plan)? {
+                continue;
+            }
+            let better = base.closest().stated_chi2 < self.closest().stated_chi2;
+            return Ok(better.then(|| fitter.data.clone()));
+        }
+        Ok(None)
+    }
+
+    /// Whether twice the memory would change nothing that is more than noise.
+    fn remembers_enough(&self, readings: &[Reading], noise: &Noise, plan: &SweepPlan) -> Result<bool, Error> {
+        let (rotor, speeds) = (self.fitter.rotor, 2 * plan.speeds);
+        let longer = SweepPlan { speeds, ..plan.clone() };
+        let Some(data) = Data::swept(rotor, noise, readings, &longer) else { return Ok(false) };
+        let values = 2.0 * data.count() as f64;
+        let longer = Fitter::new(rotor, data);
+        let change = self.fitter.change_to(&longer, &self.hypothesis, &self.fit, &self.drawing)?;
+        Ok(change <= SEEN * (2.0 * values).sqrt())
+    }
+
+    /// What is said of runs that change speed too fast, as they were fitted or could not be.
+    pub fn remark_on_sweep(&self, readings: &[Reading], sweep: Option<&Sweep>) -> Option<String> {
+        if !self.fitter.data.is_swept() {
+            return sweep.map(|sweep| sweep.remark.clone());
+        }
+        Some(format!(
+            "The speed changes by up to {:.0} rpm a second, too fast for a steady response. The vibration is fitted as that of a \
+             run-up or run-down, by the times of the readings.",
+            fastest_rpm_s(&rates_rad_s2(readings))
+        ))
+    }
+}
+
+/// The largest of these rates, rad/s², in rpm a second.
+fn fastest_rpm_s(rates: &[f64]) -> f64 {
+    rpm(rates.iter().fold(0.0, |most, rate| rate.abs().max(most)))
 }
 
 /// Change of the speed at each reading, rad/s², from its neighbours in the same run; zero where times are not known.
@@ -146,140 +220,4 @@ fn weighted(fitted: &Rotor, run: Option<&String>) -> Rotor {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::diagnose::{DiagnosisVerdict, best_fit, diagnose, improve};
-    use crate::rotor_file;
-    use rand::rngs::StdRng;
-    use rand::{Rng, SeedableRng};
-    use rand_distr::StandardNormal;
-
-    /// One mass on a light stiff shaft between two equal bearings: ω = 300 rad/s, ζ = 0.05.
-    const MACHINE: &str = r#"
-schema = 2
-name = "one mass"
-noise = { relative = 0.01, floor_um = 0.05 }
-shaft = [{ length_m = 0.4, outer_diameter_m = 0.3, density_kg_m3 = 100, youngs_modulus_pa = 1e13 }]
-disk = [{ name = "mass", position_m = 0.2, mass_kg = 47.486725877, diametral_inertia_kg_m2 = 0.1, polar_inertia_kg_m2 = 0.1 }]
-bearing = [
-  { name = "A", position_m = 0.0, stiffness_n_m = { xx = 2.264e6, yy = 2.264e6 }, damping_n_s_m = { xx = 754.7, yy = 754.7 } },
-  { name = "B", position_m = 0.4, stiffness_n_m = { xx = 2.264e6, yy = 2.264e6 }, damping_n_s_m = { xx = 754.7, yy = 754.7 } },
-]
-probe = [
-  { name = "AX", bearing = "A", position_m = 0.0, angle_deg = 0 },
-  { name = "AY", bearing = "A", position_m = 0.0, angle_deg = 90 },
-  { name = "BX", bearing = "B", position_m = 0.4, angle_deg = 0 },
-  { name = "BY", bearing = "B", position_m = 0.4, angle_deg = 90 },
-]
-plane = [{ name = "mass", position_m = 0.2, unbalance_g_mm = 500, angle_deg = 40 }]
-"#;
-
-    /// Mass with the shaft's 2.827 kg, stiffness and damping of both bearings.
-    const MASS_KG: f64 = 50.314_159_265;
-    const STIFFNESS: f64 = 2.0 * 2.264e6;
-    const DAMPING: f64 = 2.0 * 754.7;
-
-    /// The mass swept from 150 to 500 rad/s, its motion beside the turning angle: Runge and Kutta's fourth order.
-    fn swept(rate: f64, speeds: &[f64]) -> Vec<C> {
-        let u = phasor_kg_m(500.0, 40.0) / MASS_KG;
-        let begin = 120.0;
-        let acceleration = |t: f64, a: C, v: C| {
-            let w = begin + rate * t;
-            let (i, k, c) = (C::i(), STIFFNESS / MASS_KG, DAMPING / MASS_KG);
-            u * C::new(w * w, -rate) - v * (2.0 * w * i + c) - a * (k - w * w + i * (w * c + rate))
-        };
-        // from the steady state
-        let (k, c) = (STIFFNESS / MASS_KG, DAMPING / MASS_KG);
-        let mut a = u * begin * begin / C::new(k - begin * begin, c * begin);
-        let (mut v, mut t) = (C::from(0.0), 0.0);
-        let mut seen = Vec::new();
-        for speed in speeds {
-            let until = (speed - begin) / rate;
-            let steps = ((until - t) / 5e-4).ceil();
-            let h = (until - t) / steps;
-            for _ in 0..steps as usize {
-                let k1 = (v, acceleration(t, a, v));
-                let k2 = (
-                    v + k1.1 * (h / 2.0),
-                    acceleration(t + h / 2.0, a + k1.0 * (h / 2.0), v + k1.1 * (h / 2.0)),
-                );
-                let k3 = (
-                    v + k2.1 * (h / 2.0),
-                    acceleration(t + h / 2.0, a + k2.0 * (h / 2.0), v + k2.1 * (h / 2.0)),
-                );
-                let k4 = (v + k3.1 * h, acceleration(t + h, a + k3.0 * h, v + k3.1 * h));
-                a += (k1.0 + (k2.0 + k3.0) * 2.0 + k4.0) * (h / 6.0);
-                v += (k1.1 + (k2.1 + k3.1) * 2.0 + k4.1) * (h / 6.0);
-                t += h;
-            }
-            seen.push(a);
-        }
-        seen
-    }
-
-    fn readings(rate: f64, noisy: bool) -> Vec<Reading> {
-        let speeds: Vec<f64> = (0..60).map(|k| 150.0 + 350.0 * f64::from(k) / 59.0).collect();
-        let mut random = StdRng::seed_from_u64(11);
-        let mut shown = |y: C| {
-            let sigma_m = if noisy { 0.01 * y.norm() + 0.05e-6 } else { 0.0 };
-            let mut part = || sigma_m * random.sample::<f64, _>(StandardNormal);
-            Some(y + C::new(part(), part()))
-        };
-        let seen = swept(rate, &speeds);
-        let row = |(w, a): (&f64, &C)| Reading {
-            time_d: Some(w / rate / SECONDS_A_DAY),
-            speed_rpm: rpm(*w),
-            // forward: y is x a quarter turn later
-            probes: [*a, -C::i() * a, *a, -C::i() * a].map(&mut shown).to_vec(),
-            ..Reading::default()
-        };
-        speeds.iter().zip(&seen).map(row).collect()
-    }
-
-    fn machine() -> Rotor {
-        rotor_file::parse("rotor.toml", MACHINE).unwrap()
-    }
-
-    #[test]
-    fn sweep_lag_equals_time_integration_to_second_order() {
-        let rotor = machine();
-        let steady = |w: f64| {
-            let u = phasor_kg_m(500.0, 40.0) / MASS_KG;
-            u * w * w / C::new(STIFFNESS / MASS_KG - w * w, w * DAMPING / MASS_KG)
-        };
-        // (ζω)² = 225 rad/s²
-        for rate in [2.0, 8.0] {
-            let swept = readings(rate, false);
-            let lags = lags_m(&rotor, &swept, &rates_rad_s2(&swept));
-            let largest = lags.iter().map(|l| l[0].norm()).fold(0.0, f64::max);
-            for (swept, lag) in swept.iter().zip(&lags) {
-                let off = swept.probes[0].unwrap() - steady(swept.speed_rad_s()) - lag[0];
-                // the next term of the series, −(α²/8) d⁴H/dΩ⁴, is 3α/(ζω)² of it at resonance; a tenth of that for the rest
-                let next = 3.3 * rate / 225.0;
-                assert!(off.norm() < next * largest, "{rate}: {:.4} of {next:.4}", off.norm() / largest);
-            }
-        }
-    }
-
-    #[test]
-    fn slow_sweep_is_adequate_and_fast_sweep_claims_no_cause() {
-        let rotor = machine();
-        let slow = diagnose(&rotor, &readings(0.5, true)).unwrap();
-        assert_eq!(slow.verdict, DiagnosisVerdict::Adequate, "{}", slow.summary);
-        let about = |remarks: &[String]| remarks.iter().filter(|r| r.contains("too fast")).count();
-        assert_eq!(about(&slow.remarks), 0, "{:?}", slow.remarks);
-        for rate in [30.0, 150.0] {
-            let readings = readings(rate, true);
-            let fast = diagnose(&rotor, &readings).unwrap();
-            assert!(
-                !matches!(fast.verdict, DiagnosisVerdict::Missing | DiagnosisVerdict::Unknown),
-                "{rate}: {}",
-                fast.summary
-            );
-            assert!(fast.too_fast, "{rate}: {}", fast.summary);
-            assert_eq!(about(&fast.remarks), 1, "{rate}: {:?}", fast.remarks);
-            assert!(improve(&rotor, &readings, |_| {}).unwrap().steps.is_empty());
-            assert_eq!(about(&best_fit(&rotor, &readings).unwrap().remarks), 1);
-        }
-    }
-}
+mod tests;

@@ -3,6 +3,7 @@
 
 mod differences;
 mod repeats;
+pub mod sweep;
 
 use nalgebra::Complex;
 
@@ -12,6 +13,7 @@ use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::{Reading, run_shares};
 use crate::receptance::modal_shaft::Force;
 use crate::unbalance::phasor_kg_m;
+use sweep::{SweepPlan, SweptRow};
 
 type C = Complex<f64>;
 
@@ -47,6 +49,8 @@ pub struct FitRow {
     pub added: Vec<(f64, C)>,
     /// Values that were not lost, reading by reading.
     pub values: Vec<FitValue>,
+    /// Where speed changes too fast for a steady response: what the reading is a sum of.
+    pub swept: Option<SweptRow>,
 }
 
 impl FitValue {
@@ -74,35 +78,62 @@ pub struct Data {
     pub rows: Vec<FitRow>,
     /// What gap voltages say about the journals' places.
     pub(super) centreline: Vec<JournalReading>,
+    /// Runs that are no steady responses.
+    pub(super) sweeps: Option<SweepPlan>,
 }
 
 impl Data {
-    /// Readings of a rotor with their noise.
+    /// Readings of a rotor with their noise, each that of a steady speed.
     pub fn new(rotor: &Rotor, noise: &Noise, readings: &[Reading]) -> Self {
+        Self::of(rotor, noise, readings, vec![None; readings.len()])
+    }
+
+    /// The same where some runs are sweeps; `None` where they cannot be evaluated as such.
+    pub fn swept(rotor: &Rotor, noise: &Noise, readings: &[Reading], sweeps: &SweepPlan) -> Option<Self> {
+        let data = Self::of(rotor, noise, readings, sweeps.rows(readings)?);
+        Some(Self { sweeps: Some(sweeps.clone()), ..data })
+    }
+
+    /// Whether some run is a sweep.
+    pub fn is_swept(&self) -> bool {
+        self.sweeps.is_some()
+    }
+
+    /// Other readings of the same runs, with the same runs as sweeps.
+    pub fn of_same_runs(&self, rotor: &Rotor, noise: &Noise, readings: &[Reading]) -> Self {
+        let swept = self.sweeps.as_ref().and_then(|sweeps| Self::swept(rotor, noise, readings, sweeps));
+        swept.unwrap_or_else(|| Self::new(rotor, noise, readings))
+    }
+
+    fn of(rotor: &Rotor, noise: &Noise, readings: &[Reading], swept: Vec<Option<SweptRow>>) -> Self {
         let mut runs: Vec<Option<&String>> = Vec::new();
-        let singly = readings.iter().zip(run_shares(readings)).map(|(reading, run_share)| {
-            let name = reading.run.as_ref();
-            let known = runs.iter().position(|r| *r == name);
-            let number = known.unwrap_or_else(|| {
-                runs.push(name);
-                runs.len() - 1
+        let singly =
+            readings.iter().zip(run_shares(readings)).zip(swept).map(|((reading, run_share), swept)| {
+                let name = reading.run.as_ref();
+                let known = runs.iter().position(|r| *r == name);
+                let number = known.unwrap_or_else(|| {
+                    runs.push(name);
+                    runs.len() - 1
+                });
+                let listed = rotor.run.iter().position(|r| Some(&r.name) == name);
+                let weights = listed.iter().flat_map(|k| &rotor.run[*k].added_unbalance);
+                let value = |(probe, y): (usize, &Option<C>)| {
+                    y.map(|y| FitValue { probe, measured_m: y, sigma_m: noise.sigma_m(y), growth: run_share })
+                };
+                FitRow {
+                    run: number,
+                    listed,
+                    readings: 1,
+                    speed_rad_s: reading.speed_rad_s(),
+                    run_share,
+                    added: weights
+                        .map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg)))
+                        .collect(),
+                    values: reading.probes.iter().enumerate().filter_map(value).collect(),
+                    swept,
+                }
             });
-            let listed = rotor.run.iter().position(|r| Some(&r.name) == name);
-            let weights = listed.iter().flat_map(|k| &rotor.run[*k].added_unbalance);
-            let value = |(probe, y): (usize, &Option<C>)| {
-                y.map(|y| FitValue { probe, measured_m: y, sigma_m: noise.sigma_m(y), growth: run_share })
-            };
-            FitRow {
-                run: number,
-                listed,
-                readings: 1,
-                speed_rad_s: reading.speed_rad_s(),
-                run_share,
-                added: weights.map(|a| (a.position_m, phasor_kg_m(a.magnitude_g_mm, a.angle_deg))).collect(),
-                values: reading.probes.iter().enumerate().filter_map(value).collect(),
-            }
-        });
-        Self { rows: repeats::joined(singly), centreline: observed(rotor, readings) }
+        Self { rows: repeats::joined(singly), centreline: observed(rotor, readings), sweeps: None }
     }
 
     /// These rows alone, each as a part of the run that it was chosen from.
@@ -110,6 +141,7 @@ impl Data {
         Self {
             rows: rows.iter().map(|r| self.rows[*r].clone()).collect(),
             centreline: self.centreline.clone(),
+            sweeps: self.sweeps.clone(),
         }
     }
 

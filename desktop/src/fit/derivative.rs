@@ -17,7 +17,7 @@ impl Problem<'_> {
     /// Change of the model at every value per search coordinate, the linear unknowns held, in noise units.
     pub(super) fn derivative(&self) -> Option<DMatrix<f64>> {
         let now = self.evaluated()?;
-        let mut d = DMatrix::zeros(2 * self.data.count(), self.x().len());
+        let mut d = DMatrix::zeros(2 * self.count(), self.x().len());
         for i in 0..self.x().len() {
             let moved = |by: f64| {
                 let mut x = self.x().to_vec();
@@ -25,17 +25,17 @@ impl Problem<'_> {
                 self.hypothesis.terms(&x)
             };
             let (up, down) = (moved(SLOPE_STEP), moved(-SLOPE_STEP));
-            let mut slopes = vec![C::from(0.0); self.data.count()];
+            let mut slopes = vec![C::from(0.0); self.count()];
             self.add_support_slopes(now, &up, &down, &mut slopes);
             self.add_housing_slopes(now, &up, &down, &mut slopes);
             self.add_damping_slopes(now, &up, &down, &mut slopes);
             self.add_speed_slopes(now, &up, &down, &mut slopes);
             self.add_gain_slopes(now, &up, &down, &mut slopes);
-            for (k, (v, slope)) in self.data.values().zip(slopes).enumerate() {
+            for (k, (v, slope)) in self.values().zip(slopes).enumerate() {
                 (d[(2 * k, i)], d[(2 * k + 1, i)]) = (slope.re / v.sigma_m, slope.im / v.sigma_m);
             }
         }
-        Some(d)
+        Some(self.observed(d))
     }
 
     /// Change of the journals' places per search coordinate, in standard deviations of what gap voltages say.
@@ -69,7 +69,7 @@ impl Problem<'_> {
             // of each probe in a row, which can have many values of it
             let mut seen: Vec<C> = Vec::with_capacity(now.terms.shows.len());
             let mut at = 0;
-            for (r, row) in self.data.rows.iter().enumerate() {
+            for (r, row) in self.rows.iter().enumerate() {
                 let slope = &slope_of[now.responses.groups.of_row[r]];
                 let force = slope * now.motion[r].fixed_rows::<2>(2 * held);
                 let adjoint = &now.responses.of(r).adjoint;
@@ -86,7 +86,7 @@ impl Problem<'_> {
     /// A foundation passes a change at one bearing on to all.
     fn add_slopes_on_foundation(&self, now: &Evaluation, up: &Terms, down: &Terms, slopes: &mut [C]) {
         let mut at = 0;
-        for (r, row) in self.data.rows.iter().enumerate() {
+        for (r, row) in self.rows.iter().enumerate() {
             let forces = |terms: &Terms| self.supports(terms, r).forces(&now.motion[r]);
             let force = (forces(up) - forces(down)).unscale(2.0 * SLOPE_STEP);
             for v in &row.values {
@@ -105,7 +105,7 @@ impl Problem<'_> {
             return;
         }
         let mut at = 0;
-        for (r, row) in self.data.rows.iter().enumerate() {
+        for (r, row) in self.rows.iter().enumerate() {
             for (a, b) in self.mounted(up, r).iter().zip(&self.mounted(down, r)) {
                 let change = (&a.reading - &b.reading).dot(&now.motion[r]).unscale(2.0 * SLOPE_STEP);
                 for (k, v) in
@@ -125,7 +125,7 @@ impl Problem<'_> {
         }
         let places = self.places();
         let mut at = 0;
-        for (r, row) in self.data.rows.iter().enumerate() {
+        for (r, row) in self.rows.iter().enumerate() {
             let speed_and_damping = [self.speed_rad_s(&now.terms, r), now.terms.internal_damping_s];
             let supports = self.supports(&now.terms, r);
             let receptances = self.receptances_of(r, &now.terms);
@@ -150,7 +150,7 @@ impl Problem<'_> {
             return;
         }
         let shown = self.shown(&now.terms, &now.sizes, &now.responses);
-        for (slope, (v, shown)) in slopes.iter_mut().zip(self.data.values().zip(shown)) {
+        for (slope, (v, shown)) in slopes.iter_mut().zip(self.values().zip(shown)) {
             *slope += (up.gains[v.probe] - down.gains[v.probe]) / (2.0 * SLOPE_STEP) * shown;
         }
     }
@@ -165,7 +165,7 @@ impl Problem<'_> {
         let shown =
             |terms, responses| self.shown(&now.terms, &self.sizes(terms, &now.solved.unknowns), responses);
         let sides = shown(up, &above).into_iter().zip(shown(down, &below));
-        for (slope, (v, (above, below))) in slopes.iter_mut().zip(self.data.values().zip(sides)) {
+        for (slope, (v, (above, below))) in slopes.iter_mut().zip(self.values().zip(sides)) {
             *slope += now.terms.gains[v.probe] * (above - below) / (2.0 * SLOPE_STEP);
         }
     }
@@ -173,8 +173,8 @@ impl Problem<'_> {
     /// Motion that every value shows under forces of these sizes in each row, gain and runout left out.
     fn shown(&self, terms: &Terms, sizes: &[Vec<C>], responses: &Responses) -> Vec<C> {
         let probes = terms.shows.len();
-        let mut shown = Vec::with_capacity(self.data.count());
-        for (r, (row, sizes)) in self.data.rows.iter().zip(sizes).enumerate() {
+        let mut shown = Vec::with_capacity(self.count());
+        for (r, (row, sizes)) in self.rows.iter().zip(sizes).enumerate() {
             let response = &responses.of(r).probes;
             shown.extend(row.values.iter().map(|v| -> C {
                 let probe = terms.shows[v.probe];

@@ -22,9 +22,9 @@ impl Problem<'_> {
     /// in noise units; the problem's plant must be that of the same drawing.
     pub(super) fn error_derivative(&self, errors: &DrawingErrors) -> Option<DMatrix<f64>> {
         let now = self.evaluated()?;
-        let mut d = DMatrix::zeros(2 * self.data.count(), errors.changes.len());
+        let mut d = DMatrix::zeros(2 * self.count(), errors.changes.len());
         let mut at = 0;
-        for (r, row) in self.data.rows.iter().enumerate() {
+        for (r, row) in self.rows.iter().enumerate() {
             let snapshot = Snapshot::new(self, now, r);
             for (j, change) in errors.changes.iter().enumerate() {
                 let slopes = snapshot.slopes(change);
@@ -35,7 +35,7 @@ impl Problem<'_> {
             }
             at += 2 * row.values.len();
         }
-        Some(d)
+        Some(self.observed(d))
     }
 
     /// Size of each force of the plant in a row.

@@ -110,6 +110,25 @@ impl Fitter<'_> {
         DVector::from_vec(all)
     }
 
+    /// Squared change of what a fit predicts, in noise units, if the same values were evaluated as another machine's data have it.
+    ///
+    /// # Errors
+    /// If the machine is singular at the fit.
+    pub fn change_to(
+        &self,
+        other: &Fitter,
+        hypothesis: &Hypothesis,
+        fit: &Fit,
+        drawing: &Drawing,
+    ) -> Result<f64, Error> {
+        let of = |fitter: &Fitter| {
+            let still = fitter.still();
+            let model = fitter.forward(hypothesis, &drawing.of_another(), &still)?;
+            model.at(&fit.x, &fit.unknowns).ok_or_else(singular)
+        };
+        Ok((of(other)? - of(self)?).norm_squared())
+    }
+
     /// What missing a part of the response beside a fit costs.
     pub fn expected_cost(&self, fit: &Fit, drawing: &Drawing) -> ExpectedCost {
         ExpectedCost { whitening: self.about(&drawing.whitening, fit), used_up: fit.unknown_count() }

@@ -7,6 +7,7 @@
 //! | `starts` | where a search begins, and which of many starts are followed |
 //! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
+//! | `transient` | runs whose speed changes too fast for a steady response |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
 //! | [`bearings`], [`dimensions`] | bearings and drawing of a fit with their uncertainty |
 //! | [`forward`] | what a hypothesis predicts of readings that nobody has made yet |
@@ -36,6 +37,7 @@ mod starts;
 mod supports;
 #[cfg(test)]
 mod tests;
+mod transient;
 pub mod trial;
 pub mod unknown;
 pub mod within;
@@ -68,6 +70,7 @@ use progress::{Progress, ProgressListener};
 use projection::LinearSolution;
 use starts::scout;
 pub use starts::starts_for;
+use transient::Transient;
 
 type C = Complex<f64>;
 
@@ -161,6 +164,7 @@ pub struct Fitter<'a> {
     /// The machine as its file states it.
     pub rotor: &'a Rotor,
     pub data: Data,
+    transient: Option<Transient>,
     deviations: Deviations,
     /// How large an effect can be.
     pub sizes: Sizes,
@@ -190,6 +194,7 @@ impl<'a> Fitter<'a> {
         let (deviations, sizes) = (Deviations::of(rotor), Sizes::up_to(squares));
         Self {
             rotor,
+            transient: Transient::of(&data, rotor.probe.len()),
             data,
             deviations,
             sizes,
@@ -276,7 +281,7 @@ impl<'a> Fitter<'a> {
     fn plant(&self, deviation: &DVector<f64>, kind: &ShaftKind) -> Result<Arc<ModalShaft>, Error> {
         let (rotor, offsets) = self.deviations.apply(self.rotor, deviation);
         let nominal_n_m = self.scales(None).stiffness_n_m;
-        let speeds_rad_s: Vec<f64> = self.data.rows.iter().map(|row| row.speed_rad_s).collect();
+        let speeds_rad_s: Vec<f64> = self.rows().iter().map(|row| row.speed_rad_s).collect();
         Ok(Arc::new(ModalShaft::new(&rotor, self.shaft(kind), &offsets, nominal_n_m, &speeds_rad_s)?))
     }
 
@@ -299,7 +304,8 @@ impl<'a> Fitter<'a> {
                 held.push(*place);
             }
         }
-        Problem::new(hypothesis, &self.data, plant, held, amplitudes, whitening)
+        let transient = self.transient.as_ref();
+        Problem::new(hypothesis, (&self.data, transient), plant, held, amplitudes, whitening)
     }
 
     /// Fits a hypothesis from several starting points (search coordinates).

@@ -13,11 +13,12 @@ use std::sync::Arc;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::centreline;
-use super::data::{Amplitudes, Data};
+use super::data::{Amplitudes, Data, FitRow};
 use super::descent::{Objective, Stop, descend};
 use super::hypothesis::Hypothesis;
 use super::projection::LinearSolution;
 use super::row_groups::RowGroups;
+use super::transient::Transient;
 use crate::decomposition::{pseudo_inverse, transposed_product};
 use crate::effects::terms::Terms;
 use crate::effects::{Pattern, Place};
@@ -33,6 +34,9 @@ type C = Complex<f64>;
 pub struct Problem<'a> {
     pub(super) hypothesis: &'a Hypothesis<'a>,
     pub(super) data: &'a Data,
+    /// Rows that the model is evaluated in: those of the data, or of what some of them are sums over.
+    pub(super) rows: &'a [FitRow],
+    transient: Option<&'a Transient>,
     pub(super) plant: Arc<ModalShaft>,
     pub(super) held: Vec<Place>,
     /// Complex unknowns: planes, then the effects' own.
@@ -104,7 +108,7 @@ impl<'a> Problem<'a> {
     /// Prepares a hypothesis on a plant.
     pub fn new(
         hypothesis: &'a Hypothesis<'a>,
-        data: &'a Data,
+        (data, transient): (&'a Data, Option<&'a Transient>),
         plant: Arc<ModalShaft>,
         held: Vec<Place>,
         amplitudes: Option<&Amplitudes>,
@@ -123,20 +127,24 @@ impl<'a> Problem<'a> {
             }
         });
         let unknowns: Vec<Column> = planes.chain(own).collect();
+        let rows = transient.map_or(&data.rows[..], |transient| &transient.rows);
         let mut problem = Self {
-            forces: forces_in_use(&plant, &unknowns, data),
+            forces: forces_in_use(&plant, &unknowns, rows),
             unknowns,
-            at_speed: Arc::new(RowGroups::by(data.rows.iter().map(|row| row.speed_rad_s.to_bits()))),
-            alone: Arc::new(RowGroups::by(0..data.rows.len())),
+            at_speed: Arc::new(RowGroups::by(rows.iter().map(|row| row.speed_rad_s.to_bits()))),
+            alone: Arc::new(RowGroups::by(0..rows.len())),
             columns: Vec::new(),
             x: DVector::zeros(hypothesis.size()),
             receptances: Vec::new(),
             now: None,
             hypothesis,
             data,
+            rows,
+            transient,
             plant,
             held,
-            amplitudes: amplitudes.cloned(),
+            // those of data with other rows are none
+            amplitudes: amplitudes.filter(|all| all.len() == rows.len()).cloned(),
             whitening,
         };
         let drawn = Terms::drawn(rotor);
@@ -162,7 +170,7 @@ impl<'a> Problem<'a> {
 
     /// The true speed in a row.
     pub(super) fn speed_rad_s(&self, terms: &Terms, row: usize) -> f64 {
-        self.data.rows[row].speed_rad_s * terms.speed_factor
+        self.rows[row].speed_rad_s * terms.speed_factor
     }
 
     fn receptances(&self, terms: &Terms) -> Vec<Receptances> {
@@ -220,12 +228,12 @@ impl<'a> Problem<'a> {
 
     /// The response as a linear system in the linear unknowns, weighted by the noise: columns and target.
     pub(super) fn linear_system(&self, terms: &Terms, responses: &Responses) -> (DMatrix<f64>, DVector<f64>) {
-        let (count, width) = (self.data.count(), self.unknowns.len());
+        let (count, width) = (self.count(), self.unknowns.len());
         let probes = terms.gains.len();
         let mut columns = DMatrix::zeros(2 * count, 2 * width);
         let mut target = DVector::zeros(2 * count);
         let mut at = 0;
-        for (r, (row, forces)) in self.data.rows.iter().zip(&*self.columns_at(terms)).enumerate() {
+        for (r, (row, forces)) in self.rows.iter().zip(&*self.columns_at(terms)).enumerate() {
             let response = &responses.of(r).probes;
             for v in &row.values {
                 let weight = v.sigma_m.recip();
@@ -249,7 +257,13 @@ impl<'a> Problem<'a> {
                 at += 2;
             }
         }
-        (columns, target)
+        match self.transient {
+            Some(transient) => {
+                let known = transient.observed(&DMatrix::from_columns(&[target]));
+                (transient.observed(&columns), known.column(0) + self.measured())
+            }
+            None => (columns, target),
+        }
     }
 
     fn evaluate(&self, x: &[f64]) -> Option<Evaluation> {
@@ -315,11 +329,7 @@ impl Problem<'_> {
         let terms = self.hypothesis.terms(x);
         let (columns, target) = self.linear_system(&terms, &self.respond(&terms)?);
         let flat = DVector::from_iterator(2 * unknowns.len(), unknowns.iter().flat_map(|u| [u.re, u.im]));
-        let measured = self.data.values().flat_map(|v| {
-            let y = v.measured_m / v.sigma_m;
-            [y.re, y.im]
-        });
-        Some(DVector::from_iterator(target.len(), measured) - target + columns * flat)
+        Some(self.measured() - target + columns * flat)
     }
 
     /// `JᵀJ` and `Jᵀr` of the weighted residuals and the prior on the bearings, for the search coordinates and

@@ -64,7 +64,7 @@ impl Fitter<'_> {
 
     /// Amplitudes of a shaft that does not move: where a search over them begins.
     pub fn still(&self) -> Amplitudes {
-        vec![vec![[0.0; 2]; self.rotor.bearing.len() + self.rotor.disk.len()]; self.data.rows.len()]
+        vec![vec![[0.0; 2]; self.rotor.bearing.len() + self.rotor.disk.len()]; self.rows().len()]
     }
 
     /// A rotor's file with noise and drawing's errors as a fit found them: what was built, not what was drawn. Noise that

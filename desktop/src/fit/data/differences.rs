@@ -20,11 +20,11 @@ const DWELLS: [f64; 3] = [1e-3, 5e-3, SAME_SPEED];
 
 impl Data {
     /// Every reading less the mean over all runs at its speed, with its weights less their mean; noise stays as it was. `None` if there
-    /// are fewer than three runs or no speed that all of them share.
+    /// are fewer than three runs, no speed that all of them share, or runs that are sweeps.
     pub fn differences_of_runs(&self) -> Option<Self> {
         let mut of_run: BTreeMap<usize, &FitRow> = BTreeMap::new();
         self.rows.iter().for_each(|row| _ = of_run.entry(row.run).or_insert(row));
-        if of_run.len() < LEAST_RUNS {
+        if of_run.len() < LEAST_RUNS || self.rows.iter().any(|row| row.swept.is_some()) {
             return None;
         }
         let mean_weights = mean_weights(of_run.values().copied());
@@ -33,7 +33,7 @@ impl Data {
             shared.iter().flat_map(|group| less_mean(group, of_run.len(), &mean_weights)).collect::<Vec<_>>()
         });
         let rows = rows.into_iter().find(|rows| !rows.is_empty())?;
-        Some(Self { rows, centreline: self.centreline.clone() })
+        Some(Self { rows, centreline: self.centreline.clone(), sweeps: None })
     }
 
     /// Rows at each speed at which so many runs were measured.
@@ -128,6 +128,7 @@ mod tests {
                     run_share: 1.0,
                     added: vec![(0.2, *weight)],
                     values: vec![FitValue { probe: 0, measured_m, sigma_m: 1e-7, growth: 1.0 }],
+                    swept: None,
                 }
             })
         });

@@ -37,7 +37,7 @@ fn repeats(row: &FitRow, next: &FitRow) -> bool {
         let near = |b: &FitValue| (v.measured_m - b.measured_m).norm() <= APART * v.sigma_m.hypot(b.sigma_m);
         unseen && before.is_none_or(near)
     };
-    next.run == row.run && off <= 1.0 / STEEPEST && next.values.iter().all(same)
+    next.run == row.run && next.swept.is_none() && off <= 1.0 / STEEPEST && next.values.iter().all(same)
 }
 
 fn take_in(row: &mut FitRow, next: FitRow) {
@@ -62,7 +62,16 @@ mod tests {
             growth: run_share,
         };
         let values = um.into_iter().enumerate().map(value).collect();
-        FitRow { run, listed: None, readings: 1, speed_rad_s, run_share, added: Vec::new(), values }
+        FitRow {
+            run,
+            listed: None,
+            readings: 1,
+            speed_rad_s,
+            run_share,
+            added: Vec::new(),
+            values,
+            swept: None,
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use nalgebra::Complex;
 
 use super::{Column, Problem};
 use crate::effects::terms::Terms;
-use crate::fit::data::Data;
+use crate::fit::data::FitRow;
 use crate::receptance::modal_shaft::{Force, ModalShaft};
 
 type C = Complex<f64>;
@@ -18,7 +18,7 @@ pub type ForceColumns = Vec<Vec<(usize, C)>>;
 impl Problem<'_> {
     /// Force columns of a row at its true speed.
     fn columns_of(&self, row: usize, speed_rad_s: f64) -> ForceColumns {
-        let row = &self.data.rows[row];
+        let row = &self.rows[row];
         let w2 = speed_rad_s * speed_rad_s;
         let number = |force: Force| {
             let column = self.plant.column(force);
@@ -37,7 +37,7 @@ impl Problem<'_> {
     }
 
     pub(super) fn columns(&self, terms: &Terms) -> Vec<ForceColumns> {
-        (0..self.data.rows.len()).map(|row| self.columns_of(row, self.speed_rad_s(terms, row))).collect()
+        (0..self.rows.len()).map(|row| self.columns_of(row, self.speed_rad_s(terms, row))).collect()
     }
 
     /// The force columns of every row at its true speed.
@@ -60,12 +60,12 @@ impl Problem<'_> {
 }
 
 /// Numbers of the plant's forces by which unknowns and trial weights act.
-pub(super) fn forces_in_use(plant: &ModalShaft, unknowns: &[Column], data: &Data) -> Vec<usize> {
+pub(super) fn forces_in_use(plant: &ModalShaft, unknowns: &[Column], rows: &[FitRow]) -> Vec<usize> {
     let by_unknown = |column: &Column| match column {
         Column::Force { force, .. } => Some(*force),
         Column::Runout { .. } => None,
     };
-    let weights = data.rows.iter().flat_map(|row| &row.added).map(|(z, _)| Force::UnbalanceAt(*z));
+    let weights = rows.iter().flat_map(|row| &row.added).map(|(z, _)| Force::UnbalanceAt(*z));
     let mut numbers = Vec::new();
     for force in unknowns.iter().filter_map(by_unknown).chain(weights) {
         let number = plant.column(force);

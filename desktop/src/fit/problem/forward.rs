@@ -3,7 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::{Problem, Responses};
-use crate::fit::data::Amplitudes;
+use crate::fit::data::{Amplitudes, FitValue};
 use crate::model::amplitude::Relaxation;
 
 type C = Complex<f64>;
@@ -13,6 +13,33 @@ const ROUNDS: usize = 60;
 const SETTLED: f64 = 1e-5;
 
 impl Problem<'_> {
+    /// Every evaluated value, row by row.
+    pub(in crate::fit) fn values(&self) -> impl Iterator<Item = &FitValue> {
+        self.rows.iter().flat_map(|row| &row.values)
+    }
+
+    /// Complex values that are evaluated.
+    pub(in crate::fit) fn count(&self) -> usize {
+        self.rows.iter().map(|row| row.values.len()).sum()
+    }
+
+    /// What is observed of the evaluated values, in noise units.
+    pub(in crate::fit) fn observed(&self, evaluated: DMatrix<f64>) -> DMatrix<f64> {
+        match self.transient {
+            Some(transient) => transient.observed(&evaluated),
+            None => evaluated,
+        }
+    }
+
+    /// What was measured, in noise units.
+    pub(super) fn measured(&self) -> DVector<f64> {
+        let parts = self.data.values().flat_map(|v| {
+            let y = v.measured_m / v.sigma_m;
+            [y.re, y.im]
+        });
+        DVector::from_iterator(2 * self.data.count(), parts)
+    }
+
     /// Motion of the held places in each row under forces of these sizes.
     pub(super) fn motion(responses: &Responses, sizes: &[Vec<C>]) -> Vec<DVector<C>> {
         let moved = |(r, sizes): (usize, &Vec<C>)| {

@@ -3,6 +3,7 @@
 mod drawing;
 mod laws;
 mod prediction;
+mod sweep;
 mod unknown;
 
 use nalgebra::{Complex, DVector};

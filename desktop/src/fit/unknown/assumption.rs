@@ -82,11 +82,11 @@ impl Assumption {
 }
 
 impl Problem<'_> {
-    /// Of every value, at each of some places.
+    /// Of every evaluated value, at each of some places.
     fn under_unit_forces(&self, places: &[&NodalSum]) -> Option<Vec<Vec<UnderForce>>> {
         let now = self.evaluated()?;
-        let mut seen = Vec::with_capacity(self.data.count());
-        for (r, row) in self.data.rows.iter().enumerate() {
+        let mut seen = Vec::with_capacity(self.count());
+        for (r, row) in self.rows.iter().enumerate() {
             let snapshot = Snapshot::new(self, now, r);
             seen.extend(row.values.iter().map(|v| {
                 let gain = now.terms.gains[v.probe] / v.sigma_m;
@@ -149,7 +149,8 @@ impl Fitter<'_> {
                 return Ok(AssumptionResponse { response, forces: Vec::new() });
             }
             let numbers: Vec<usize> = a.positions_m().iter().filter_map(number).collect();
-            Ok(self.shown_of_forces(a, &numbers, &seen))
+            let AssumptionResponse { response, forces } = self.shown_of_forces(a, &numbers, &seen);
+            Ok(AssumptionResponse { response: problem.observed(response), forces })
         };
         assumptions.iter().map(shown).collect()
     }
@@ -166,10 +167,10 @@ impl Fitter<'_> {
             Assumption::Force { .. } => Functions::knots(speeds),
             _ => Functions::smooth(speeds),
         };
-        let mut forces = Vec::with_capacity(self.data.rows.len());
+        let mut forces = Vec::with_capacity(self.rows().len());
         let mut response = DMatrix::zeros(2 * seen.len(), 0);
         let mut i = 0;
-        for row in self.data.rows.iter().filter(|row| !row.values.is_empty()) {
+        for row in self.rows().iter().filter(|row| !row.values.is_empty()) {
             let at = |value: usize| places.iter().map(|p| seen[value][*p]).collect::<Vec<UnderForce>>();
             let growth = match a {
                 Assumption::Force { law, .. } => {
