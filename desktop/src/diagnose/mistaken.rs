@@ -10,7 +10,7 @@ use super::base::{BaseModel, CandidateFit, explains, of_file};
 use super::mistakes::Mistake;
 use super::screening::{ENOUGH_FOR_MISTAKES, chosen};
 use crate::error::Error;
-use crate::fit::data::{Amplitudes, Data};
+use crate::fit::data::Amplitudes;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fitter};
 use crate::grade::Rigid;
@@ -123,7 +123,7 @@ impl MistakeComparison {
     ) -> Result<Self, Error> {
         let rotor = base.fitter.rotor;
         let part = part_of(readings);
-        let as_it_is = Fitter::new(rotor, Data::new(rotor, noise, &part));
+        let as_it_is = Fitter::new(rotor, base.fitter.data.of_same_runs(rotor, noise, &part));
         let search = MistakeSearch::of(&as_it_is)?;
         let explaining = effect.filter(|t| t.is_settled && explains(&t.drawing(base).scatter(), base));
         let gain_by = |t: &CandidateFit| {
@@ -133,7 +133,7 @@ impl MistakeComparison {
         let least_gain = (by_effect + 2.0 * NEGLIGIBLE.ln()).max(0.0);
         let mut unloaded = rotor.clone();
         unloaded.run.iter_mut().for_each(|run| run.added_unbalance.clear());
-        let without = Fitter::new(&unloaded, Data::new(&unloaded, noise, &part));
+        let without = Fitter::new(&unloaded, base.fitter.data.of_same_runs(&unloaded, noise, &part));
         let without_weights = match unloaded == *rotor {
             true => 0.0,
             false => search.gain(&without, None, Effort::Rough).map_or(0.0, |(gain, _)| gain),
@@ -205,7 +205,7 @@ impl Files<'_, '_> {
     /// How much less the search costs without a mistake of this size, and where; nothing where no machine can be like that.
     fn gain(&self, mistake: &Mistake, by: f64, from: Option<&[f64]>, effort: Effort) -> Option<TriedSize> {
         let (rotor, readings) = mistake.undone(self.base.fitter.rotor, &self.part, by)?;
-        let fitter = Fitter::new(&rotor, Data::new(&rotor, self.noise, &readings));
+        let fitter = Fitter::new(&rotor, self.base.fitter.data.of_same_runs(&rotor, self.noise, &readings));
         let (gain, x) = self.search.gain(&fitter, from, effort)?;
         Some(TriedSize { by, gain, x })
     }
@@ -259,7 +259,7 @@ impl Files<'_, '_> {
     /// What is gained without a mistake of this size, the drawing's errors as they act then.
     fn gain_on_own_drawing(&self, mistake: &Mistake, size: &TriedSize) -> Option<f64> {
         let (rotor, readings) = mistake.undone(self.base.fitter.rotor, &self.part, size.by)?;
-        let fitter = Fitter::new(&rotor, Data::new(&rotor, self.noise, &readings));
+        let fitter = Fitter::new(&rotor, self.base.fitter.data.of_same_runs(&rotor, self.noise, &readings));
         let (hypothesis, _) = of_file(&fitter).ok()?;
         self.search.gain_on_own_drawing(&fitter, &hypothesis, &size.x)
     }
@@ -269,7 +269,7 @@ impl Files<'_, '_> {
     fn settled(&self, mistake: Mistake, by: f64) -> Option<MistakeFit> {
         let own = self.base.fitter;
         let (rotor, readings) = mistake.undone(own.rotor, self.readings, by)?;
-        let fitter = Fitter::new(&rotor, Data::new(&rotor, self.noise, &readings));
+        let fitter = Fitter::new(&rotor, own.data.of_same_runs(&rotor, self.noise, &readings));
         let without = BaseModel::fit(&fitter).ok()?;
         let unknowns = usize::from(!mistake.sizes(own.rotor).is_empty());
         let scatter = without.drawing.scatter();
