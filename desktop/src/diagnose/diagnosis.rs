@@ -26,6 +26,11 @@ use crate::machine::drawing::{Noise, Rotor, Tolerance};
 use crate::measurement::Reading;
 use crate::statistics::significance::NEGLIGIBLE;
 
+/// Why nothing is claimed of a run that changed speed too fast: fitted as steady, or as a transient that no known effect explains. What
+/// is left of a transient can be a speed that did not change evenly between readings.
+const UNSTEADY: &str = "A run changed speed too fast for a steady response, which explains the misfit.";
+const TRANSIENT_MISFIT: &str = "A run changed speed too fast for a steady response. No known effect explains what its fit as a \
+                                transient leaves, which may be uneven speed between the readings or inexact times.";
 /// That nothing is missing, before there are data.
 const PRIOR: f64 = 0.5;
 
@@ -121,18 +126,11 @@ impl FittedValues {
     }
 }
 
-/// The verdict on this evidence, withdrawn where a run too fast for a steady response explains the misfit.
-fn verdict(evidence: &DiagnosisEvidence, too_fast: bool) -> Result<Conclusion, Error> {
-    let mut said = evidence.verdict()?;
-    if too_fast {
-        said.verdict = DiagnosisVerdict::Undecided;
-        said.summary =
-            "A run changed speed too fast for a steady response, which explains the misfit. No effect is claimed."
-                .into();
-        said.candidate_fits = false;
-        (said.bad_probe, said.mistake) = (None, None);
-    }
-    Ok(said)
+/// A conclusion taken back for this reason.
+fn withdrawn(said: Conclusion, why: &str) -> Conclusion {
+    let summary = format!("{why} No effect is claimed.");
+    let verdict = DiagnosisVerdict::Undecided;
+    Conclusion { verdict, summary, candidate_fits: false, bad_probe: None, mistake: None, ..said }
 }
 
 /// Whether a run that swept too fast leaves nothing to be missed: so fast that no steady response can be had from it, or
@@ -180,19 +178,18 @@ impl BaseModel<'_> {
         }
         let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
         let sweep = Sweep::of(&found, readings, &noise);
-        let too_fast = match &sweep {
-            Some(sweep) if ranking.nothing_missing < SURE && !self.fitter.data.is_swept() => {
-                lag_explains(sweep, rotor, readings)?
-            }
-            _ => false,
+        let said = evidence.verdict()?;
+        let too_fast = self.too_fast(sweep.as_ref(), readings, said.verdict, ranking)?;
+        let said = match too_fast {
+            Some(why) => withdrawn(said, why),
+            None => said,
         };
-        let said = verdict(&evidence, too_fast)?;
         let (verdict, mut summary) = (said.verdict, said.summary);
         let alike = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined);
         summary += &alike.map_or_else(String::new, |alike| format!(" {alike}"));
         remarks.extend(self.remark_on_sweep(readings, sweep.as_ref()));
         remarks.extend(checks::far_below_noise(self));
-        let is_of_machine = !too_fast && said.mistake.is_none();
+        let is_of_machine = too_fast.is_none() && said.mistake.is_none();
         let asks = verdict == DiagnosisVerdict::Undecided && is_of_machine && said.together.is_empty();
         let advice = if asks { self.asked(weighed, &noise, &mut remarks) } else { Vec::new() };
         let stands_on = tried.first().filter(|_| verdict == DiagnosisVerdict::Missing).map(|t| &t.fit);
@@ -204,7 +201,7 @@ impl BaseModel<'_> {
             _ => (Vec::new(), Vec::new()),
         };
         remarks.extend(of_runs);
-        let cause = (verdict == DiagnosisVerdict::Unknown || said.outside >= SURE)
+        let cause = (too_fast.is_none() && (verdict == DiagnosisVerdict::Unknown || said.outside >= SURE))
             .then(|| unknown.cause(self.fitter, said.outside));
         // rivals explain the data about as well as the best
         let fitting = if said.candidate_fits { ranking.rivals.max(1) } else { 0 };
@@ -218,7 +215,7 @@ impl BaseModel<'_> {
             candidates: probable.map(|(i, (t, p))| self.candidate(t, *p, i < fitting)).collect(),
             indistinguishable: ranking.groups.clone(),
             saturated: false,
-            too_fast,
+            too_fast: too_fast.is_some(),
             bad_probe: said.bad_probe,
             mistake: said.mistake,
             together: said.together,
@@ -232,6 +229,24 @@ impl BaseModel<'_> {
             bearings,
             dimensions,
             refuted,
+        })
+    }
+
+    /// Why nothing is claimed of a run that changed speed too fast; `None` where the verdict stands.
+    fn too_fast(
+        &self,
+        sweep: Option<&Sweep>,
+        readings: &[Reading],
+        verdict: DiagnosisVerdict,
+        ranking: &Ranking,
+    ) -> Result<Option<&'static str>, Error> {
+        Ok(match sweep {
+            _ if ranking.nothing_missing >= SURE => None,
+            _ if self.fitter.data.is_swept() => {
+                (verdict == DiagnosisVerdict::Unknown).then_some(TRANSIENT_MISFIT)
+            }
+            Some(sweep) => lag_explains(sweep, self.fitter.rotor, readings)?.then_some(UNSTEADY),
+            None => None,
         })
     }
 

@@ -43,6 +43,8 @@ pub struct Sweep {
     /// Runs whose lag is the largest: that of all others together is below the noise.
     runs: Vec<Option<String>>,
     pub remark: String,
+    /// Rate below which the noise hides the lag, rpm a second.
+    hidden_below_rpm_s: f64,
 }
 
 impl Sweep {
@@ -79,13 +81,13 @@ impl Sweep {
         }
         let (_, row, relative) = worst;
         let rate = fastest_rpm_s(&rates);
+        let hidden_below_rpm_s = rate * (hidden / chi2).sqrt();
         let remark = format!(
             "The speed changes by up to {rate:.0} rpm a second, too fast for a steady response: at {:.0} rpm it is off by about \
-             {:.0} % and {:.0}°. Below {:.1} rpm a second the noise hides that.",
+             {:.0} % and {:.0}°. Below {hidden_below_rpm_s:.1} rpm a second the noise hides that.",
             readings[row].speed_rpm,
             100.0 * relative.re.abs(),
             relative.im.abs().to_degrees(),
-            rate * (hidden / chi2).sqrt()
         );
         let small = largest.iter().all(|(lag, shown)| *lag <= FIRST_ORDER * shown);
         of_runs.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -97,7 +99,7 @@ impl Sweep {
         };
         let largest = of_runs.iter().take_while(|(_, own)| is_seen(own));
         let runs = largest.map(|(run, _)| (*run).clone()).collect();
-        Some(Self { lag_m, small, runs, remark })
+        Some(Self { lag_m, small, runs, remark, hidden_below_rpm_s })
     }
 
     /// The readings as they would be at steady speeds.
@@ -150,9 +152,12 @@ impl BaseModel<'_> {
         if !self.fitter.data.is_swept() {
             return sweep.map(|sweep| sweep.remark.clone());
         }
+        let below = sweep.map_or_else(String::new, |sweep| {
+            format!(" Below {:.1} rpm a second the noise hides the difference.", sweep.hidden_below_rpm_s)
+        });
         Some(format!(
             "The speed changes by up to {:.0} rpm a second, too fast for a steady response. The vibration is fitted as that of a \
-             run-up or run-down, by the times of the readings.",
+             run-up or run-down, by the times of the readings.{below}",
             fastest_rpm_s(&rates_rad_s2(readings))
         ))
     }
