@@ -1,6 +1,6 @@
 //! The dimensions of the drawing that the data determine, as a table.
 
-use super::quantity::quantity;
+use super::quantity::{about, quantity};
 use super::{PageTable, text};
 use crate::answers::dimensions::DimensionAnswer;
 
@@ -11,7 +11,7 @@ fn rows(dimensions: &[DimensionAnswer], model_adequate: bool) -> Vec<[String; 3]
     let row = |d: &DimensionAnswer| {
         let (factor, unit) = if d.unit.is_empty() { (1e2, "%") } else { (1e3, "mm") };
         let interval = model_adequate.then_some(d.interval_95.map(|end| factor * end));
-        let tolerance = quantity(factor * d.tolerance_95, None, unit);
+        let tolerance = about(factor * d.tolerance_95, unit);
         [d.name.clone(), quantity(factor * d.difference, interval, unit), format!("± {tolerance}")]
     };
     dimensions.iter().filter(|d| d.identified).map(row).collect()
