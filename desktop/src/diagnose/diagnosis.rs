@@ -84,7 +84,7 @@ pub struct DiagnosisRun<'a> {
     pub weighed: Option<ModelComparison>,
 }
 
-/// Diagnoses a machine by the fit of its file, as it was stated before any fit, to these readings.
+/// A diagnosis by the fit of a machine's file, as it was stated before any fit, to these readings.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -178,18 +178,13 @@ impl BaseModel<'_> {
         }
         let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
         let sweep = Sweep::of(&found, readings, &noise);
-        let said = evidence.verdict()?;
-        let too_fast = self.too_fast(sweep.as_ref(), readings, said.verdict, ranking)?;
-        let said = match too_fast {
-            Some(why) => withdrawn(said, why),
-            None => said,
-        };
+        let (said, too_fast) = self.concluded(&evidence, sweep.as_ref(), readings)?;
         let (verdict, mut summary) = (said.verdict, said.summary);
         let alike = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined);
         summary += &alike.map_or_else(String::new, |alike| format!(" {alike}"));
         remarks.extend(self.remark_on_sweep(readings, sweep.as_ref()));
         remarks.extend(checks::far_below_noise(self));
-        let is_of_machine = too_fast.is_none() && said.mistake.is_none();
+        let is_of_machine = !too_fast && said.mistake.is_none();
         let asks = verdict == DiagnosisVerdict::Undecided && is_of_machine && said.together.is_empty();
         let advice = if asks { self.asked(weighed, &noise, &mut remarks) } else { Vec::new() };
         let stands_on = tried.first().filter(|_| verdict == DiagnosisVerdict::Missing).map(|t| &t.fit);
@@ -201,7 +196,7 @@ impl BaseModel<'_> {
             _ => (Vec::new(), Vec::new()),
         };
         remarks.extend(of_runs);
-        let cause = (too_fast.is_none() && (verdict == DiagnosisVerdict::Unknown || said.outside >= SURE))
+        let cause = (!too_fast && (verdict == DiagnosisVerdict::Unknown || said.outside >= SURE))
             .then(|| unknown.cause(self.fitter, said.outside));
         // rivals explain the data about as well as the best
         let fitting = if said.candidate_fits { ranking.rivals.max(1) } else { 0 };
@@ -215,7 +210,7 @@ impl BaseModel<'_> {
             candidates: probable.map(|(i, (t, p))| self.candidate(t, *p, i < fitting)).collect(),
             indistinguishable: ranking.groups.clone(),
             saturated: false,
-            too_fast: too_fast.is_some(),
+            too_fast,
             bad_probe: said.bad_probe,
             mistake: said.mistake,
             together: said.together,
@@ -229,6 +224,20 @@ impl BaseModel<'_> {
             bearings,
             dimensions,
             refuted,
+        })
+    }
+
+    /// The conclusion from this evidence, and whether it was taken back because a run changed speed too fast.
+    fn concluded(
+        &self,
+        evidence: &DiagnosisEvidence,
+        sweep: Option<&Sweep>,
+        readings: &[Reading],
+    ) -> Result<(Conclusion, bool), Error> {
+        let said = evidence.verdict()?;
+        Ok(match self.too_fast(sweep, readings, said.verdict, evidence.ranking)? {
+            Some(why) => (withdrawn(said, why), true),
+            None => (said, false),
         })
     }
 

@@ -66,7 +66,8 @@ impl Effect for OnPedestal {
     }
 }
 
-/// A pedestal so many times as soft, with the same resonance, or what physics allows of its mass.
+/// Parameters of a pedestal that is so many times as soft. Its resonance stays the same as long as its mass stays within what physics
+/// allows.
 pub(super) fn softened(parameters: &[Parameter], of: &[f64], strength: f64) -> Vec<f64> {
     parameters.iter().zip(of).map(|(p, v)| (v / strength).min(p.bounds[1])).collect()
 }

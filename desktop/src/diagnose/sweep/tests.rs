@@ -101,7 +101,7 @@ fn sweep_lag_equals_time_integration_to_second_order() {
         let largest = lags.iter().map(|l| l[0].norm()).fold(0.0, f64::max);
         for (swept, lag) in swept.iter().zip(&lags) {
             let off = swept.probes[0].unwrap() - steady(swept.speed_rad_s()) - lag[0];
-            // the next term of the series, −(α²/8) d⁴H/dΩ⁴, is 3α/(ζω)² of it at resonance; a tenth of that for the rest
+            // the next term of the series, −(α²/8) d⁴H/dΩ⁴, is 3α/(ζω)² of the lag at resonance; later terms have a tenth of that
             let next = 3.3 * rate / 225.0;
             assert!(off.norm() < next * largest, "{rate}: {:.4} of {next:.4}", off.norm() / largest);
         }

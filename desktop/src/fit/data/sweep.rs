@@ -48,9 +48,9 @@ pub struct SweepPlan {
 /// How one reading is a sum over steady responses.
 #[derive(Debug, Clone)]
 pub struct SweptRow {
-    /// Speeds of the responses, rad/s: those of its run.
+    /// Speeds of the steady responses, rad/s. All readings of a run have the same.
     pub speeds_rad_s: Arc<Vec<f64>>,
-    /// Share of each.
+    /// Share of the response at each speed.
     pub weights: Vec<C>,
 }
 
