@@ -7,7 +7,7 @@ use super::base::BaseModel;
 use super::checks;
 use super::holding::HeldParameter;
 use super::planes::PlaneUnbalances;
-use super::sweep::Sweep;
+use super::sweep::{self, Sweep};
 use crate::error::Error;
 use crate::fit::Fitter;
 use crate::fit::data::Data;
@@ -78,45 +78,41 @@ fn fit_and<T>(
     let noise = Noise::of(rotor, readings);
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
-    let (steady, swept);
-    steady = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings));
     checks::enough(&steady)?;
     remarks.extend(noise.assumption(rotor));
     remarks.extend(Tolerance::assumption(rotor));
-    let mut base = BaseModel::fit(&steady)?;
-    if let Some(data) = base.transient(readings, &noise)? {
-        swept = Fitter::new(rotor, data);
-        base = BaseModel::fit(&swept)?;
-    }
-    let base = base.holding(file, held)?;
-    let fitter = base.fitter;
-    checks::not_reversed(&base, rotor, readings, &noise)?;
-    checks::this_machine(rotor, base.relative_error(base.closest()))?;
-    remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
-    let predicted_m = by_reading(readings, &base.fit.predicted_m);
-    let fitted = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
-    remarks.extend(base.remark_on_sweep(readings, Sweep::of(&fitted, readings, &noise).as_ref()));
-    let planes = rotor.plane.len();
-    let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
-    let first = base.fit.x.len();
-    let unbalance_covariance = covariance.map_or_else(
-        || DMatrix::from_element(2 * planes, 2 * planes, f64::NAN),
-        |c| c.view((first, first), (2 * planes, 2 * planes)).into_owned(),
-    );
-    let names = rotor.plane.iter().map(|p| p.name.as_str());
-    let unbalance_kg_m = base.fit.unknowns[..planes].to_vec();
-    let answer = asked(&base)?;
-    let fit = BestFit {
-        determined: PlaneUnbalances::new(names, &unbalance_kg_m, &unbalance_covariance),
-        scatter: base.drawing.scatter(),
-        rotor: fitted,
-        predicted_m,
-        unbalance_kg_m,
-        unbalance_covariance,
-        chi2_per_value: base.closest().chi2_per_value(),
-        free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
-        noise,
-        remarks,
-    };
-    Ok((fit, answer))
+    sweep::fitted(&steady, readings, &noise, |base| {
+        let base = base.holding(file, held)?;
+        let fitter = base.fitter;
+        checks::not_reversed(&base, rotor, readings, &noise)?;
+        checks::this_machine(rotor, base.relative_error(base.closest()))?;
+        remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
+        let predicted_m = by_reading(readings, &base.fit.predicted_m);
+        let fitted = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
+        remarks.extend(base.remark_on_sweep(readings, Sweep::of(&fitted, readings, &noise).as_ref()));
+        let planes = rotor.plane.len();
+        let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
+        let first = base.fit.x.len();
+        let unbalance_covariance = covariance.map_or_else(
+            || DMatrix::from_element(2 * planes, 2 * planes, f64::NAN),
+            |c| c.view((first, first), (2 * planes, 2 * planes)).into_owned(),
+        );
+        let names = rotor.plane.iter().map(|p| p.name.as_str());
+        let unbalance_kg_m = base.fit.unknowns[..planes].to_vec();
+        let answer = asked(&base)?;
+        let fit = BestFit {
+            determined: PlaneUnbalances::new(names, &unbalance_kg_m, &unbalance_covariance),
+            scatter: base.drawing.scatter(),
+            rotor: fitted,
+            predicted_m,
+            unbalance_kg_m,
+            unbalance_covariance,
+            chi2_per_value: base.closest().chi2_per_value(),
+            free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
+            noise,
+            remarks,
+        };
+        Ok((fit, answer))
+    })
 }

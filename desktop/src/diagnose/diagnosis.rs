@@ -11,7 +11,7 @@ use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
 use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
-use super::sweep::Sweep;
+use super::sweep::{Sweep, fitted};
 use super::unknown::UnknownCauseFit;
 use super::verdict::{Conclusion, DiagnosisEvidence};
 use super::{advice, checks, evidence, held_out, parameters, rank, runs};
@@ -54,14 +54,8 @@ pub fn diagnose_telling(
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
     let remarks = remarks_before(rotor, readings, noise)?;
-    let (steady, swept);
-    steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
-    let mut base = BaseModel::fit(&steady)?;
-    if let Some(data) = base.transient(readings, &noise)? {
-        swept = Fitter::new(rotor, data).telling(told);
-        base = BaseModel::fit(&swept)?;
-    }
-    Ok(examine(base, readings, noise, remarks)?.diagnosis)
+    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
+    fitted(&steady, readings, &noise, |base| Ok(examine(base, readings, noise, remarks)?.diagnosis))
 }
 
 /// What is odd in the files before any fit.
@@ -96,13 +90,13 @@ pub fn examine<'a>(
 ) -> Result<DiagnosisRun<'a>, Error> {
     let rotor = base.fitter.rotor;
     checks::not_reversed(&base, rotor, readings, &noise)?;
-    let fitted = FittedValues::of(&base)?;
+    let values = FittedValues::of(&base)?;
     if let Some(why) = rank::saturation(&base) {
-        let diagnosis = base.undecidable(why, noise, remarks, fitted);
+        let diagnosis = base.undecidable(why, noise, remarks, values);
         return Ok(DiagnosisRun { diagnosis, base, weighed: None });
     }
     let weighed = base.weighed(readings, &noise)?;
-    let diagnosis = base.decided(&weighed, readings, noise, remarks, fitted)?;
+    let diagnosis = base.decided(&weighed, readings, noise, remarks, values)?;
     Ok(DiagnosisRun { diagnosis, base, weighed: Some(weighed) })
 }
 

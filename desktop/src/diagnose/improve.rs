@@ -9,6 +9,7 @@ use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine, remarks
 use super::planes::PlaneUnbalances;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{EffectSet, SearchReach, SetComparison, together};
+use super::sweep::fitted;
 use super::unknown::UnknownCause;
 use super::{checks, parameters, runs};
 use crate::effects::entry;
@@ -68,18 +69,20 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     let placed = PlacedEffect { effect, place };
     let rotor = &rotor.as_stated();
     let noise = Noise::of(rotor, readings);
-    let (steady, swept);
-    steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).knowing(place);
+    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).knowing(place);
     checks::not_too_many(readings)?;
     checks::before(rotor, readings)?;
     checks::enough(&steady)?;
-    let mut base = BaseModel::fit(&steady)?;
-    if let Some(data) = base.transient(readings, &noise)? {
-        swept = Fitter::new(rotor, data).knowing(place);
-        base = BaseModel::fit(&swept)?;
-    }
-    let fitter = base.fitter;
-    checks::not_reversed(&base, rotor, readings, &noise)?;
+    fitted(&steady, readings, &noise, |base| {
+        checks::not_reversed(&base, rotor, readings, &noise)?;
+        added(&base, placed)
+    })
+}
+
+/// A model with an effect more, fitted together with it.
+fn added(base: &BaseModel, placed: PlacedEffect) -> Result<Improvement, Error> {
+    let PlacedEffect { effect, .. } = placed;
+    let (fitter, rotor) = (base.fitter, base.fitter.rotor);
     let present = base.hypothesis.effects.iter().any(|e| same(e, &placed));
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
         return Err(Error::EffectNotAddable { effect: placed.label(rotor), why: why.into() });
@@ -88,17 +91,17 @@ pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) ->
     checks::this_machine(rotor, base.relative_error(&tried.fit).min(base.relative_error(base.closest())))?;
     let with = base.hypothesis.with(placed);
     let dimensions = match &tried.fit.covariance {
-        Some(known) => fitter.dimensions(&with, &tried.fit, tried.drawing(&base), known)?,
+        Some(known) => fitter.dimensions(&with, &tried.fit, tried.drawing(base), known)?,
         None => Vec::new(),
     };
     Ok(Improvement {
         dimensions,
-        rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(&base)),
+        rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(base)),
         error_before: base.relative_error(&base.fit),
         error_after: base.relative_error(&tried.fit),
         chi2_per_value: [base.closest().chi2_per_value(), tried.fit.chi2_per_value()],
         bearings: base.bearings(&tried.fit, tried.fit.covariance.as_ref()),
-        added: base.candidate(&tried, f64::NAN, explains(&tried.drawing(&base).scatter(), &base)),
+        added: base.candidate(&tried, f64::NAN, explains(&tried.drawing(base).scatter(), base)),
     })
 }
 
@@ -168,16 +171,21 @@ pub fn improve_telling(
     let stated = rotor.as_stated();
     let noise = Noise::of(&stated, readings);
     let at_first = remarks_before(&stated, readings, noise)?;
-    let (steady, swept);
-    steady = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
-    let mut base = BaseModel::fit(&steady)?;
-    if let Some(data) = base.transient(readings, &noise)? {
-        swept = Fitter::new(&stated, data).telling(told);
-        base = BaseModel::fit(&swept)?;
-    }
-    let fitter = base.fitter;
-    let DiagnosisRun { diagnosis: at_start, base: start, weighed } =
-        examine(base, readings, noise, at_first)?;
+    let steady = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
+    fitted(&steady, readings, &noise, |base| {
+        improved(rotor, examine(base, readings, noise, at_first)?, readings, progress)
+    })
+}
+
+/// A machine's file with effects added after its diagnosis.
+fn improved(
+    rotor: &Rotor,
+    run: DiagnosisRun,
+    readings: &[Reading],
+    progress: impl FnMut(&ImprovementStep),
+) -> Result<ImprovementOutcome, Error> {
+    let DiagnosisRun { diagnosis: at_start, base: start, weighed } = run;
+    let fitter = start.fitter;
     let mut outcome = ImprovementOutcome {
         rotor: rotor.clone(),
         steps: Vec::new(),

@@ -112,13 +112,30 @@ impl Sweep {
     }
 }
 
+/// What is asked of a model by its fit to readings. Runs that change speed too fast are fitted as transients.
+///
+/// # Errors
+/// If the machine is singular, or what is asked fails.
+pub fn fitted<T>(
+    steady: &Fitter,
+    readings: &[Reading],
+    noise: &Noise,
+    asked: impl FnOnce(BaseModel) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let base = BaseModel::fit(steady)?;
+    match base.transient(readings, noise)? {
+        Some(data) => asked(BaseModel::fit(&steady.on(data))?),
+        None => asked(base),
+    }
+}
+
 impl BaseModel<'_> {
     /// The data with those runs as transients that change speed too fast for a steady response; `None` where the noise hides that, where
     /// it cannot be told from the times, and where it would not explain the data better.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn transient(&self, readings: &[Reading], noise: &Noise) -> Result<Option<Data>, Error> {
+    fn transient(&self, readings: &[Reading], noise: &Noise) -> Result<Option<Data>, Error> {
         let rotor = self.fitter.rotor;
         let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
         let Some(sweep) = Sweep::of(&found, readings, noise) else { return Ok(None) };

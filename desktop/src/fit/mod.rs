@@ -210,6 +210,11 @@ impl<'a> Fitter<'a> {
         Self { further: self.further, ..Self::new(self.rotor, self.data.part(rows)) }
     }
 
+    /// The same machine and search on other data.
+    pub fn on(&self, data: Data) -> Self {
+        Self { further: self.further, progress: self.progress.anew(), ..Self::new(self.rotor, data) }
+    }
+
     /// The same where an effect may sit at this place, be it a length of the shaft that nothing else knows of.
     pub fn knowing(self, place: Place) -> Self {
         match place {

@@ -17,6 +17,11 @@ impl<'a> Progress<'a> {
         Self { told: Some(told), ..Self::default() }
     }
 
+    /// From the beginning, for the same listener.
+    pub fn anew(&self) -> Self {
+        Self { told: self.told, ..Self::default() }
+    }
+
     /// So many more are to come.
     pub fn plan(&self, fits: usize) {
         self.planned.fetch_add(fits, Ordering::Relaxed);
