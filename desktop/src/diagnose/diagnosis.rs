@@ -120,10 +120,19 @@ impl FittedValues {
     }
 }
 
+/// The verdict on a run that changed speed too fast, for this reason, with its summary.
+fn nothing_claimed(why: &str) -> (DiagnosisVerdict, String) {
+    (DiagnosisVerdict::Undecided, format!("{why} No effect is claimed."))
+}
+
+/// The verdict on a run whose fit as a transient leaves what no known effect explains, with its summary.
+pub fn unexplained_transient() -> (DiagnosisVerdict, String) {
+    nothing_claimed(TRANSIENT_MISFIT)
+}
+
 /// A conclusion taken back for this reason.
 fn withdrawn(said: Conclusion, why: &str) -> Conclusion {
-    let summary = format!("{why} No effect is claimed.");
-    let verdict = DiagnosisVerdict::Undecided;
+    let (verdict, summary) = nothing_claimed(why);
     Conclusion { verdict, summary, candidate_fits: false, bad_probe: None, mistake: None, ..said }
 }
 

@@ -5,7 +5,9 @@ use rayon::prelude::*;
 use super::answer::{Candidate, DiagnosisVerdict, SURE, SuspectedMistake};
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit, explains, same};
-use super::diagnosis::{DiagnosisRun, ModelComparison, diagnose, examine, remarks_before};
+use super::diagnosis::{
+    DiagnosisRun, ModelComparison, diagnose, examine, remarks_before, unexplained_transient,
+};
 use super::planes::PlaneUnbalances;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{EffectSet, SearchReach, SetComparison, together};
@@ -217,7 +219,9 @@ fn improved(
     let SetComparison { set, unknown_odds } = together;
     let Some(EffectSet { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
-        if outcome.verdict != DiagnosisVerdict::Unknown {
+        if fitter.data.is_swept() {
+            (outcome.verdict, outcome.summary) = unexplained_transient();
+        } else if outcome.verdict != DiagnosisVerdict::Unknown {
             // the first look, which follows one set alone, found one that this wider one does not stand by
             outcome.verdict = DiagnosisVerdict::Unknown;
             outcome.summary = "An effect is missing. No physically possible set of known effects explains the data better than \

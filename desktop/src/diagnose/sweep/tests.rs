@@ -175,3 +175,21 @@ fn fast_sweep_whose_times_contradict_claims_no_cause() {
     assert_eq!(about(&fast.remarks).len(), 1, "{:?}", fast.remarks);
     assert!(improve(&rotor, &readings, |_| {}).unwrap().steps.is_empty());
 }
+
+/// What no known effect explains may be a speed that did not change evenly, so that it is no unknown cause of the machine either.
+#[test]
+fn unexplained_part_of_transient_claims_no_cause() {
+    let rotor = machine();
+    let mut readings = readings(30.0, true);
+    for r in &mut readings {
+        let wave = C::from_polar(5e-6, r.speed_rad_s() / 12.0);
+        r.probes.iter_mut().take(2).flatten().for_each(|y| *y += wave);
+    }
+    let found = diagnose(&rotor, &readings).unwrap();
+    assert_eq!(found.verdict, DiagnosisVerdict::Undecided, "{}", found.summary);
+    assert!(found.too_fast && found.unknown.is_none() && found.named().is_none(), "{}", found.summary);
+    assert!(found.summary.ends_with("No effect is claimed."), "{}", found.summary);
+    let outcome = improve(&rotor, &readings, |_| {}).unwrap();
+    assert_eq!(outcome.verdict, DiagnosisVerdict::Undecided, "{}", outcome.summary);
+    assert!(outcome.steps.is_empty() && outcome.unknown.is_none());
+}
