@@ -5,11 +5,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::base::{BaseModel, CandidateFit, explains};
-use super::screening::Screening;
+use super::screening::{Screening, leaves_no_more};
 use crate::effects::Place;
 use crate::error::Error;
-use crate::fit::hypothesis::PlacedEffect;
-use crate::fit::{Effort, Fit, starts_for};
+use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
+use crate::fit::{Drawing, Effort, Fit, starts_for};
 use crate::statistics::scatter::Scatter;
 use crate::statistics::significance::NEGLIGIBLE;
 
@@ -46,6 +46,46 @@ impl BaseModel<'_> {
         tried.splice(..many, finished?);
         strongest_first(&mut tried);
         Ok(tried)
+    }
+
+    /// Whether this model leaves no more than noise like this, with errors of the drawing as far as they are linear around the stated one.
+    ///
+    /// # Errors
+    /// If the machine is singular.
+    pub fn is_enough(&self, noise: &Scatter) -> Result<bool, Error> {
+        let drawing = self.fitter.around_the_stated(&self.hypothesis, &self.search.1)?;
+        let start = std::slice::from_ref(&self.search.1.x);
+        Ok(self.leaves_no_more(&self.hypothesis, start, &drawing, noise))
+    }
+
+    /// The same with the best candidate beside it, of those that are enough on a part; not asked of few readings, where it takes as long as
+    /// to try all candidates.
+    ///
+    /// # Errors
+    /// If the machine is singular.
+    pub fn can_be_enough_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
+        let Some(part) = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)? else {
+            return Ok(true);
+        };
+        let drawing = self.fitter.around_the_stated(&self.hypothesis, &self.search.1)?;
+        let can_be = |a: PlacedEffect| {
+            let with = self.hypothesis.with(a);
+            let on_part = part.enough(&with, &self.starts(a), noise);
+            on_part.is_some_and(|x| self.leaves_no_more(&with, &[x], &drawing, noise))
+        };
+        Ok(self.possible().into_par_iter().any(can_be))
+    }
+
+    fn leaves_no_more(
+        &self,
+        with: &Hypothesis,
+        starts: &[Vec<f64>],
+        drawing: &Drawing,
+        noise: &Scatter,
+    ) -> bool {
+        let amplitudes = Some(&self.search.1.amplitudes);
+        let fit = self.fitter.fit(with, starts, drawing, Effort::Rough, amplitudes);
+        fit.is_ok_and(|fit| leaves_no_more(self.fitter, &fit, drawing, noise))
     }
 
     /// Fits of candidates; of many readings on a part first, and those of the `kept` that are worth most there on all. Those beyond

@@ -137,19 +137,37 @@ impl<'a> BaseModel<'a> {
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
-    /// The model with a candidate: at the candidate's own fit where its noise and drawing errors are settled already, else settled now.
+    /// The model with a candidate: from the candidate's own fit where its drawing errors are settled already, else from the file.
     pub fn grown(&self, t: &CandidateFit) -> Result<Self, Error> {
         let (fitter, stated, with) = (self.fitter, self.stated, self.hypothesis.with(t.placed));
         let file = Hypothesis { scales: fitter.scales(None), ..with.clone() };
         let starts = [rescaled(&with, &file, &t.fit)];
-        let Some(drawing) = t.own_drawing.clone().filter(|_| t.is_settled) else {
+        let Some(own) = t.own_drawing.clone() else {
             return Self::fit_base(fitter, with, stated, starts);
+        };
+        let (mut fit, drawing) = if t.is_settled {
+            (t.fit.clone(), own)
+        } else {
+            let (fit, own) = fitter.under_own_scatter(&with, t.fit.clone(), own.as_it_is())?;
+            (fit, Arc::new(own))
         };
         let SearchFit { hypothesis, around, there, .. } =
             SearchFit::of(fitter, with.clone(), &starts, Effort::Search)?;
-        let mut fit = t.fit.clone();
-        (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &t.fit), None);
+        (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &fit), None);
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
+    }
+
+    /// The same with nothing fitted anew: to see what more effects beside the candidate could explain.
+    pub fn with_unsettled(&self, t: &CandidateFit) -> Self {
+        let drawing = t.own_drawing.clone().unwrap_or_else(|| self.drawing.clone());
+        Self {
+            fitter: self.fitter,
+            hypothesis: self.hypothesis.with(t.placed),
+            stated: self.stated,
+            drawing,
+            fit: t.fit.clone(),
+            search: (self.search.0.as_it_is(), t.fit.clone()),
+        }
     }
 
     /// Search coordinates of the file: its bearings, and its effects as far as they have been fitted.

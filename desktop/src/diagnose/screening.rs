@@ -4,10 +4,13 @@
 //! nearly the same of where its parameters are. So they are sought on a part of the readings that holds every run; from there the
 //! fit to all takes a few steps.
 
+use crate::compare::upper_tail;
 use crate::error::Error;
 use crate::fit::data::Amplitudes;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fit, Fitter};
+use crate::statistics::scatter::Scatter;
+use crate::statistics::significance::NEGLIGIBLE;
 
 /// Real numbers for each unknown that are enough for a first look at candidates. Data with fewer than twice as many are taken whole.
 const ENOUGH_FOR_UNKNOWN: usize = 20;
@@ -22,7 +25,7 @@ pub struct Screening<'a> {
     fitter: Fitter<'a>,
     drawing: Drawing,
     /// The model on this part.
-    fit: Fit,
+    base: Fit,
     amplitudes: Amplitudes,
 }
 
@@ -43,8 +46,8 @@ impl<'a> Screening<'a> {
             fitter.fit(model, std::slice::from_ref(&fit.x), drawing, Effort::Linear, Some(&amplitudes))
         };
         let drawing = fitter.around_the_stated(model, &at(&fitter.exact_drawing())?)?;
-        let fit = at(&drawing)?;
-        Ok(Some(Self { fitter, drawing, fit, amplitudes }))
+        let base = at(&drawing)?;
+        Ok(Some(Self { fitter, drawing, base, amplitudes }))
     }
 
     /// Where a model with a candidate fits best, search coordinates, from these starts, and the evidence for it on this part.
@@ -52,10 +55,31 @@ impl<'a> Screening<'a> {
     /// # Errors
     /// If the machine is singular from every start.
     pub fn best(&self, with: &Hypothesis, starts: &[Vec<f64>]) -> Result<(Vec<f64>, f64), Error> {
-        let fit = self.fitter.fit(with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))?;
-        let evidence = self.fitter.evidence(&self.fit, &fit);
+        let fit = self.fit(with, starts)?;
+        let evidence = self.fitter.evidence(&self.base, &fit);
         Ok((fit.x, evidence))
     }
+
+    /// Where a model with a candidate fits best, from these starts, if it leaves no more than noise like this on this part: a fit to all
+    /// readings leaves more on it. None where the machine is singular from every start.
+    pub fn enough(&self, with: &Hypothesis, starts: &[Vec<f64>], noise: &Scatter) -> Option<Vec<f64>> {
+        let fit = self.fit(with, starts).ok()?;
+        leaves_no_more(&self.fitter, &fit, &self.drawing, noise).then_some(fit.x)
+    }
+
+    fn fit(&self, with: &Hypothesis, starts: &[Vec<f64>]) -> Result<Fit, Error> {
+        self.fitter.fit(with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))
+    }
+}
+
+/// Whether what a fit leaves can be noise like this, and no larger.
+pub fn leaves_no_more(fitter: &Fitter, fit: &Fit, drawing: &Drawing, noise: &Scatter) -> bool {
+    // values that go along with their neighbours scatter like fewer that do not
+    let square = noise.correlation.powi(2);
+    let share = (1.0 - square) / (1.0 + square);
+    let white = Scatter { scale: noise.scale.max(1.0), correlation: 0.0, ..*noise };
+    let chi2 = fitter.chi2_under(fit, drawing, white);
+    upper_tail(share * chi2, (share * fit.values as f64).ceil() as usize) >= NEGLIGIBLE
 }
 
 /// Readings that are enough for a first look at candidates beside a model.

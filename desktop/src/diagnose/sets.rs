@@ -8,10 +8,12 @@ use rayon::prelude::*;
 use super::answer::{RIVAL, SURE};
 use super::base::{BaseModel, CandidateFit, explains};
 use super::rank::{OUTSIDE, rank};
+use super::screening::leaves_no_more;
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
 use crate::fit::Fit;
 use crate::fit::hypothesis::PlacedEffect;
+use crate::statistics::scatter::Scatter;
 
 #[derive(Debug, Clone, Copy)]
 pub struct SearchReach {
@@ -49,27 +51,33 @@ fn best_set<'a>(
     reach: SearchReach,
 ) -> Result<Option<EffectSet<'a>>, Error> {
     let SearchReach { width, effects } = reach;
-    let Some(mut beam) = grown(base, &[(base, tried)], width) else { return Ok(None) };
+    let Some(mut beam) = Beam::of_one(base, tried, width) else { return Ok(None) };
     let mut added = 1;
     while added < effects {
-        let mut tried = vec![beam.sets[0].try_likely()?];
-        let places = beam.sets[0].possible().len();
-        if rank(&beam.sets[0], &tried[0], places, None, None).nothing_missing >= SURE {
+        let mut tried = vec![beam.lead.try_likely()?];
+        let places = beam.lead.possible().len();
+        if rank(&beam.lead, &tried[0], places, None, None).nothing_missing >= SURE {
             break;
         }
-        for set in &beam.sets[1..] {
+        let enough = match tried[0].first().filter(|_| !beam.others.is_empty()) {
+            Some(best) => noise_of_enough(&beam.lead, best)?,
+            None => None,
+        };
+        let others = beam.others(enough.as_ref())?;
+        for set in &others {
             let mut sought = set.try_likely_unsettled()?;
             // no more of one set are followed, and each keeps its fit to all readings
             sought.truncate(ALIKE * SETTLED * width);
             tried.push(sought);
         }
+        let sets = std::iter::once(&beam.lead).chain(&others);
         let parents: Vec<(&BaseModel, &[CandidateFit])> =
-            beam.sets.iter().zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
-        let Some(next) = grown(base, &parents, width) else { break };
+            sets.zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
+        let Some(next) = Beam::grown(base, &parents, width, enough.as_ref()) else { break };
         beam = next;
         added += 1;
     }
-    Ok(Some(EffectSet { base: beam.sets.swap_remove(0), rivals: beam.rivals, added }))
+    Ok(Some(EffectSet { base: beam.lead, rivals: beam.rivals, added }))
 }
 
 /// Several effects together against something that no effect is.
@@ -117,11 +125,20 @@ pub fn is_enough(beside: &UnknownCauseFit) -> bool {
 }
 
 /// Sets of one size.
-struct Beam<'a> {
-    /// Settled, best first.
-    sets: Vec<BaseModel<'a>>,
+struct Beam<'b, 'a> {
+    /// The best, settled.
+    lead: BaseModel<'a>,
+    /// Those that are followed beside it.
+    others: Vec<Followed<'b, 'a>>,
     /// Labels of those that the data cannot tell from the best; empty if there is none beside it.
     rivals: Vec<String>,
+}
+
+/// A set beside the best one of its size.
+enum Followed<'b, 'a> {
+    Settled(BaseModel<'a>),
+    /// What was added to which model: it is settled when it is needed.
+    Candidate(&'b BaseModel<'a>, &'b CandidateFit),
 }
 
 /// A set with its evidence over the model that all began from: the set it grew from, and what was added.
@@ -154,53 +171,118 @@ fn children<'b, 'a>(
     children
 }
 
-/// The best sets with one effect more, by their evidence over the model that all began from.
-fn grown<'a>(
-    start: &BaseModel<'a>,
-    parents: &[(&BaseModel<'a>, &[CandidateFit])],
-    width: usize,
-) -> Option<Beam<'a>> {
-    let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
-    let children = children(start, parents);
-    let (best, ..) = children.first()?;
-    let near = best + 2.0 * RIVAL.ln();
-    let mut equals: Vec<String> = (children.iter())
-        .filter(|(evidence, ..)| *evidence > near)
-        .map(|(_, base, t)| labels(base, t).join(" + "))
-        .collect();
-    // a special case and what it is a case of lead the same way: together they count once
-    let mut ways: Vec<Vec<String>> = Vec::new();
-    let settled_ways = if parents.len() > 1 { SETTLED * width } else { width };
-    let followed = children.iter().take_while(|(_, base, t)| {
+/// How many of these children are followed: so many ways, where a special case and what it is a case of lead the same way and count once.
+fn followed(children: &[Child], ways: usize) -> usize {
+    let mut seen: Vec<Vec<String>> = Vec::new();
+    let is_followed = |(_, base, t): &&Child| {
         let way = labels_of(base, t, |a| a.general_label(base.fitter.rotor));
-        if !ways.contains(&way) {
-            ways.push(way);
+        if !seen.contains(&way) {
+            seen.push(way);
         }
-        ways.len() <= settled_ways
-    });
-    let many = followed.count();
-    // a set with which the machine is singular from every start explains nothing
-    let settled = |(_, base, t): &Child<'_, 'a>| {
-        let base: BaseModel = base.grown(t).ok()?;
-        Some((!base.is_physical().ok()?, base))
+        seen.len() <= ways
     };
-    let mut kept: Vec<(bool, BaseModel)> = children[..many].par_iter().filter_map(settled).collect();
-    // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
-    kept.sort_by(|a, b| a.0.cmp(&b.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
-    if parents.len() > 1 {
-        // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
-        let near = evidence(&kept.first()?.1.fit) + 2.0 * RIVAL.ln();
-        let rivals = kept.iter().filter(|(unphysical, base)| !unphysical && evidence(&base.fit) > near);
-        equals = rivals.map(|(_, base)| effect_labels(base).join(" + ")).collect();
+    children.iter().take_while(is_followed).count()
+}
+
+/// Labels of the sets that rival the best of these children, by evidence that is settled; none if it has no rival, `None` without
+/// children.
+fn rivals(children: &[Child]) -> Option<Vec<String>> {
+    let near = children.first()?.0 + 2.0 * RIVAL.ln();
+    let equals = children.iter().filter(|(evidence, ..)| *evidence > near);
+    Some(two_or_more(equals.map(|(_, base, t)| labels(base, t).join(" + ")).collect()))
+}
+
+impl<'b, 'a> Beam<'b, 'a> {
+    /// Sets of one effect, by their evidence over the model without it. Those that are followed beside the best are not settled yet.
+    fn of_one(base: &'b BaseModel<'a>, tried: &'b [CandidateFit], width: usize) -> Option<Self> {
+        let children = children(base, &[(base, tried)]);
+        let rivals = rivals(&children)?;
+        let mut ways = children[..followed(&children, width)].iter();
+        let grown = |(_, base, t): &Child<'_, 'a>| base.grown(t).ok();
+        let lead = ways.find_map(grown)?;
+        let others = ways.map(|(_, base, t)| Followed::Candidate(base, t)).collect();
+        Some(Self { lead, others, rivals })
     }
-    let mut sets: Vec<BaseModel> = kept.into_iter().map(|(_, base)| base).collect();
-    if parents.len() > 1 {
+
+    /// The best sets with one effect more, by their evidence over the model that all began from; where one leaves no more than noise that is
+    /// `enough`, those alone that do.
+    fn grown(
+        start: &BaseModel<'a>,
+        parents: &[(&BaseModel<'a>, &[CandidateFit])],
+        width: usize,
+        enough: Option<&Scatter>,
+    ) -> Option<Self> {
+        let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
+        let mut children = children(start, parents);
+        let of_one = parents.len() == 1;
+        if let Some(noise) = enough {
+            children.retain(|(_, base, t)| leaves_no_more(base.fitter, &t.fit, t.drawing(base), noise));
+        }
+        let many = followed(&children, if of_one { width } else { SETTLED * width });
+        let settled = |(_, base, t): &Child<'_, 'a>| {
+            let base = base.grown(t).ok()?;
+            Some((base.is_physical().ok()?, base))
+        };
+        let mut kept: Vec<(bool, BaseModel)> = children[..many].par_iter().filter_map(settled).collect();
+        // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
+        kept.sort_by(|a, b| b.0.cmp(&a.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
+        let rivals = if of_one {
+            rivals(&children)?
+        } else {
+            // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
+            let near = evidence(&kept.first()?.1.fit) + 2.0 * RIVAL.ln();
+            let equals = kept.iter().filter(|(physical, base)| *physical && evidence(&base.fit) > near);
+            two_or_more(equals.map(|(_, base)| effect_labels(base).join(" + ")).collect())
+        };
         // special cases were settled beside what they are cases of, and count from here on like any other
-        sets.truncate(width);
+        let most = if of_one { kept.len() } else { width };
+        let mut sets = kept.into_iter().map(|(_, base)| base).take(most);
+        Some(Self { lead: sets.next()?, others: sets.map(Followed::Settled).collect(), rivals })
     }
-    // none if the machine is singular with each of them
-    sets.first()?;
-    Some(Beam { sets, rivals: if equals.len() > 1 { equals } else { Vec::new() } })
+
+    /// The sets beside the best that are followed on, settled. Where the best leaves no more than this noise with another effect, those are
+    /// left out that leave more with every other one.
+    fn others(&mut self, enough: Option<&Scatter>) -> Result<Vec<BaseModel<'a>>, Error> {
+        let mut kept = Vec::with_capacity(self.others.len());
+        for set in std::mem::take(&mut self.others) {
+            let is_rival = enough.map_or(Ok(true), |noise| set.can_be_enough_with_another(noise));
+            kept.extend(is_rival?.then_some(set));
+        }
+        Ok(kept.into_par_iter().filter_map(Followed::settled).collect())
+    }
+}
+
+impl<'a> Followed<'_, 'a> {
+    fn settled(self) -> Option<BaseModel<'a>> {
+        match self {
+            Self::Settled(base) => Some(base),
+            Self::Candidate(base, t) => base.grown(t).ok(),
+        }
+    }
+
+    fn can_be_enough_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
+        match self {
+            Self::Settled(base) => base.can_be_enough_with_another(noise),
+            Self::Candidate(base, t) => base.with_unsettled(t).can_be_enough_with_another(noise),
+        }
+    }
+}
+
+/// The noise that a candidate leaves beside a model if both together explain the data, on the drawing as stated too: then what else
+/// explains them leaves no more than that.
+fn noise_of_enough(base: &BaseModel, t: &CandidateFit) -> Result<Option<Scatter>, Error> {
+    let noise = t.drawing(base).scatter();
+    let enough = t.is_settled
+        && t.disqualified.is_none()
+        && explains(&noise, base)
+        && is_enough(&UnknownCauseFit::beside_candidate(base, t)?)
+        && base.with_unsettled(t).is_enough(&noise)?;
+    Ok(enough.then_some(noise))
+}
+
+/// Labels, if there is more than one.
+fn two_or_more(labels: Vec<String>) -> Vec<String> {
+    if labels.len() > 1 { labels } else { Vec::new() }
 }
 
 /// Labels of a base's effects, sorted.

@@ -113,13 +113,20 @@ impl Fitter<'_> {
         let foretold =
             drawing.whitening.estimate(&fit.weighted).resize_vertically(self.deviations.len(), 0.0);
         let stated = DVector::zeros(self.deviations.len());
-        let values = [foretold, drawing.deviation.clone(), stated].into_iter().map(|deviation| {
-            let at = position(fit, &deviation);
-            best.move_to(&at);
-            (best.value(), at)
-        });
-        let lowest = values.min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
-        best.move_to(&lowest.1);
+        let mut starts: Vec<DVector<f64>> = Vec::new();
+        for deviation in [foretold, drawing.deviation.clone(), stated] {
+            if !starts.contains(&deviation) {
+                starts.push(deviation);
+            }
+        }
+        let visits: Vec<(f64, DVector<f64>, Option<Problem>)> = (starts.iter())
+            .map(|deviation| {
+                best.move_to(&position(fit, deviation));
+                (best.value(), best.at.clone(), best.now.take())
+            })
+            .collect();
+        let lowest = visits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
+        (best.at, best.now) = (lowest.1, lowest.2);
         descend(&mut best, COMMON);
         Ok((best.parts().0, best.linear()?))
     }
@@ -177,7 +184,8 @@ impl<'p> JointProblem<'p> {
     fn linear(&mut self) -> Result<Drawing, Error> {
         let ((_, deviation), noise) = (self.parts(), self.noise);
         let noise = noise.with(self.by_error().ok_or_else(singular)?).around(deviation.clone());
-        Ok(Drawing::new(deviation, noise))
+        let plant = self.now.as_ref().ok_or_else(singular)?.plant.clone();
+        Ok(Drawing::new(deviation, noise).solved(&self.shaft, plant))
     }
 }
 

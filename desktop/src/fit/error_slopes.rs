@@ -5,13 +5,15 @@
 //! motion for a unit of that probe. Both come from the modes of the plant and the forces of the supports;
 //! what is left is a sum over the few finite elements or places that the error concerns.
 
+use std::sync::Arc;
+
 use nalgebra::{Complex, DMatrix, DVectorView, Matrix4, Vector4};
 
 use super::drawing_errors::{DrawingChange, DrawingErrors, ElementChange};
 use super::problem::{Evaluation, Problem};
 use crate::effects::Pattern;
 use crate::receptance::modal_shaft::{Force, ModalShaft, WhirlModes, loss};
-use crate::receptance::update::{Mounted, nominal};
+use crate::receptance::update::{Mounted, Supports, nominal};
 use crate::reduction::nodal::NodalSum;
 
 type C = Complex<f64>;
@@ -24,8 +26,7 @@ impl Problem<'_> {
         let now = self.evaluated()?;
         let mut d = DMatrix::zeros(2 * self.count(), errors.changes.len());
         let mut at = 0;
-        for (r, row) in self.rows.iter().enumerate() {
-            let snapshot = Snapshot::new(self, now, r);
+        for (row, snapshot) in self.rows.iter().zip(self.snapshots(now)) {
             for (j, change) in errors.changes.iter().enumerate() {
                 let slopes = snapshot.slopes(change);
                 for (k, v) in row.values.iter().enumerate() {
@@ -38,6 +39,22 @@ impl Problem<'_> {
         Some(self.observed(d))
     }
 
+    /// Every row, ready for every error.
+    pub(super) fn snapshots<'s>(&'s self, now: &'s Evaluation) -> impl Iterator<Item = Snapshot<'s>> {
+        let groups = &now.responses.groups;
+        let mut left = vec![0; groups.first.len()];
+        groups.of_row.iter().for_each(|group| left[*group] += 1);
+        let mut shared: Vec<Option<Arc<ProbeFields>>> = vec![None; groups.first.len()];
+        groups.of_row.iter().enumerate().map(move |(r, group)| {
+            let known = shared[*group].take();
+            let of_probes = known.unwrap_or_else(|| Arc::new(ProbeFields::new(self, now, r)));
+            left[*group] -= 1;
+            // kept while another row needs it
+            shared[*group] = (left[*group] > 0).then(|| of_probes.clone());
+            Snapshot::beside(of_probes, self, now, r)
+        })
+    }
+
     /// Size of each force of the plant in a row.
     fn sizes_on_plant(&self, now: &Evaluation, row: usize) -> Vec<C> {
         let mut sizes = vec![C::from(0.0); self.plant.forward.forces.ncols()];
@@ -48,8 +65,7 @@ impl Problem<'_> {
     }
 }
 
-/// Motion of the shaft in one sense of whirl, at every nodal coordinate: the machine's first, then the
-/// adjoint of each probe.
+/// Motions of the shaft in one sense of whirl, at every nodal coordinate.
 struct Fields(DMatrix<f64>);
 
 impl Fields {
@@ -72,10 +88,10 @@ struct WhirlForces<'a> {
     places: &'a [usize],
     /// Forces at the held places, places × fields.
     held: DMatrix<C>,
-    /// Of each force of the plant, in the motion's field.
+    /// Of each force of the plant, in the first field.
     sizes: &'a [C],
-    /// Of each probe in its adjoint's field: a unit force in its direction.
-    probes: Vec<C>,
+    /// Of each probe in its own field: a unit force in its direction.
+    probes: &'a [C],
 }
 
 impl Fields {
@@ -92,7 +108,7 @@ impl Fields {
             add(0, sense.forces.column(force), *size);
         }
         for (probe, unit) in acting.probes.iter().enumerate() {
-            add(1 + probe, sense.probes.column(probe), *unit);
+            add(probe, sense.probes.column(probe), *unit);
         }
         for (field, forces) in acting.held.column_iter().enumerate() {
             for (place, force) in acting.places.iter().zip(&forces) {
@@ -123,57 +139,48 @@ fn pairs<'a>(mut values: impl Iterator<Item = &'a C>) -> impl Iterator<Item = [C
     std::iter::from_fn(move || Some([*values.next()?, *values.next()?]))
 }
 
-/// One row of the data, ready for every error.
-pub(super) struct Snapshot<'a> {
+/// What the rows of one speed on equal supports share: the adjoint motion of the shaft for a unit of each probe.
+struct ProbeFields<'a> {
     plant: &'a ModalShaft,
     speed_rad_s: f64,
     loss: C,
+    gains: [Vec<C>; 2],
     forward: Fields,
     backward: Fields,
-    /// Size of each force of the plant.
-    sizes: Vec<C>,
-    /// Force of each support and of its adjoint for each probe, forward and backward.
-    held: Vec<[C; 2]>,
-    adjoint_held: Vec<Vec<[C; 2]>>,
+    supports: Supports,
+    /// Beyond the nominal ones.
+    excess: Supports,
+    /// Force of each support for each probe, forward and backward.
+    held: Vec<Vec<[C; 2]>>,
     /// Number of each held place among the plant's.
     places: Vec<usize>,
     /// Probes on housings: number, bearing, and what they read of it forward and backward.
     mounted: Vec<(usize, usize, [C; 2])>,
 }
 
-impl<'a> Snapshot<'a> {
-    pub(super) fn new(problem: &'a Problem, now: &Evaluation, r: usize) -> Self {
+impl<'a> ProbeFields<'a> {
+    fn new(problem: &'a Problem, now: &Evaluation, r: usize) -> Self {
         let plant = &*problem.plant;
         let (speed_rad_s, damping) = (problem.speed_rad_s(&now.terms, r), now.terms.internal_damping_s);
         let (supports, places) = (problem.supports(&now.terms, r), problem.places());
-        let (motion, adjoint) = (&now.motion[r], &now.responses.of(r).adjoint);
+        let adjoint = &now.responses.of(r).adjoint;
         let reading = |on: &Mounted| (on.probe, adjoint_circular(on.reading.iter()));
         let readings: Vec<_> = problem.mounted(&now.terms, r).iter().map(reading).collect();
         let excess = supports.excess(&nominal(plant, speed_rad_s, damping));
-        let beyond = circular(excess.forces(motion).iter());
         let of_columns =
             |m: &DMatrix<C>| -> Vec<_> { m.column_iter().map(|c| adjoint_circular(c.iter())).collect() };
-        let adjoint_beyond = of_columns(&excess.adjoint_forces(adjoint));
-        let held = |sense: usize| {
-            let mut held = DMatrix::zeros(places.len(), 1 + adjoint.ncols());
-            for i in 0..places.len() {
-                held[(i, 0)] = -beyond[i][sense];
-                for (probe, adjoint) in adjoint_beyond.iter().enumerate() {
-                    held[(i, 1 + probe)] = -adjoint[i][sense];
-                }
-                for (probe, reading) in &readings {
-                    held[(i, 1 + probe)] -= reading[i][sense];
-                }
+        let beyond = of_columns(&excess.adjoint_forces(adjoint));
+        let gains = [plant.forward_gains(speed_rad_s), plant.backward_gains(speed_rad_s, damping)];
+        let fields = |modes: &WhirlModes, sense: usize, sign: f64| {
+            let mut held = DMatrix::from_fn(places.len(), adjoint.ncols(), |i, p| -beyond[p][i][sense]);
+            for (probe, reading) in &readings {
+                (0..places.len()).for_each(|i| held[(i, *probe)] -= reading[i][sense]);
             }
-            held
+            let unit = |a: &f64| C::from_polar(1.0, sign * a);
+            let probes: Vec<C> = plant.probe_angles_rad.iter().map(unit).collect();
+            let acting = WhirlForces { places: &places, held, sizes: &[], probes: &probes };
+            Fields::new(modes, &gains[sense], &acting)
         };
-        let sizes = problem.sizes_on_plant(now, r);
-        let along = |sign: f64| plant.probe_angles_rad.iter().map(move |a| C::from_polar(1.0, sign * a));
-        let forward =
-            WhirlForces { places: &places, held: held(0), sizes: &sizes, probes: along(-1.0).collect() };
-        // forces that turn with the shaft have no backward part
-        let backward =
-            WhirlForces { places: &places, held: held(1), sizes: &[], probes: along(1.0).collect() };
         let read_of = |(probe, reading): &(usize, Vec<[C; 2]>)| {
             places.iter().zip(reading).map(|(place, read)| (*probe, *place, *read)).collect::<Vec<_>>()
         };
@@ -181,14 +188,48 @@ impl<'a> Snapshot<'a> {
             plant,
             speed_rad_s,
             loss: loss(speed_rad_s, damping),
-            forward: Fields::new(&plant.forward, &plant.forward_gains(speed_rad_s), &forward),
-            backward: Fields::new(&plant.backward, &plant.backward_gains(speed_rad_s, damping), &backward),
-            held: circular(supports.forces(motion).iter()),
-            adjoint_held: of_columns(&supports.adjoint_forces(adjoint)),
+            forward: fields(&plant.forward, 0, -1.0),
+            backward: fields(&plant.backward, 1, 1.0),
+            held: of_columns(&supports.adjoint_forces(adjoint)),
             mounted: readings.iter().flat_map(read_of).collect(),
-            sizes,
+            gains,
+            supports,
+            excess,
             places,
         }
+    }
+}
+
+/// One row of the data, ready for every error.
+pub(super) struct Snapshot<'a> {
+    of_probes: Arc<ProbeFields<'a>>,
+    plant: &'a ModalShaft,
+    speed_rad_s: f64,
+    /// Motion of the shaft.
+    forward: Fields,
+    backward: Fields,
+    /// Size of each force of the plant.
+    sizes: Vec<C>,
+    /// Force of each support, forward and backward.
+    held: Vec<[C; 2]>,
+}
+
+impl<'a> Snapshot<'a> {
+    /// One of the rows that these are shared by.
+    fn beside(of_probes: Arc<ProbeFields<'a>>, problem: &Problem, now: &Evaluation, r: usize) -> Self {
+        let ProbeFields { plant, speed_rad_s, places, gains, .. } = &*of_probes;
+        let (plant, speed_rad_s) = (*plant, *speed_rad_s);
+        let motion = &now.motion[r];
+        let beyond = circular(of_probes.excess.forces(motion).iter());
+        let sizes = problem.sizes_on_plant(now, r);
+        let fields = |modes: &WhirlModes, sense: usize, sizes: &[C]| {
+            let held = DMatrix::from_fn(places.len(), 1, |i, _| -beyond[i][sense]);
+            Fields::new(modes, &gains[sense], &WhirlForces { places, held, sizes, probes: &[] })
+        };
+        // forces that turn with the shaft have no backward part
+        let (forward, backward) = (fields(&plant.forward, 0, &sizes), fields(&plant.backward, 1, &[]));
+        let held = circular(of_probes.supports.forces(motion).iter());
+        Self { of_probes, plant, speed_rad_s, forward, backward, sizes, held }
     }
 
     fn probes(&self) -> usize {
@@ -197,7 +238,7 @@ impl<'a> Snapshot<'a> {
 
     /// What a probe shows, its gain left out, of a unit force that turns forward and of one that turns backward.
     pub(super) fn under_force(&self, at: &NodalSum, probe: usize) -> [C; 2] {
-        [self.forward.along(at, 1 + probe), self.backward.along(at, 1 + probe)]
+        [self.of_probes.forward.along(at, probe), self.of_probes.backward.along(at, probe)]
     }
 
     /// Motion of the shaft forward and backward, m.
@@ -221,7 +262,8 @@ impl<'a> Snapshot<'a> {
                 let [forward, backward] = self.motion(place);
                 let (forward, backward) = (forward * ahead * w2, backward * behind * w2);
                 each(&|p| {
-                    self.forward.along(place, 1 + p) * forward + self.backward.along(place, 1 + p) * backward
+                    self.of_probes.forward.along(place, p) * forward
+                        + self.of_probes.backward.along(place, p) * backward
                 })
             }
             DrawingChange::Disk { number, displacement, tilt, inertia } => {
@@ -230,8 +272,11 @@ impl<'a> Snapshot<'a> {
             DrawingChange::Bearing { number, rate } => {
                 let motion = self.motion(rate);
                 each(&|p| {
-                    let housing =
-                        self.mounted.iter().filter(|(probe, place, _)| (probe, place) == (&p, number));
+                    let housing = self
+                        .of_probes
+                        .mounted
+                        .iter()
+                        .filter(|(probe, place, _)| (probe, place) == (&p, number));
                     let moved = housing.map(|(_, _, [ahead, behind])| ahead * motion[0] + behind * motion[1]);
                     self.support_slope(*number, rate, motion, p) - moved.sum::<C>()
                 })
@@ -245,7 +290,7 @@ impl<'a> Snapshot<'a> {
             }
             DrawingChange::Plane { force, rate } => {
                 let size = self.sizes[self.plant.column(*force)];
-                each(&|p| self.forward.along(rate, 1 + p) * size)
+                each(&|p| self.of_probes.forward.along(rate, p) * size)
             }
         }
     }
@@ -258,22 +303,21 @@ impl<'a> Snapshot<'a> {
         [tilt, tilt_rate]: &[NodalSum; 2],
         [mass, diametral, polar]: [f64; 3],
     ) -> Vec<C> {
-        let w2 = self.speed_rad_s * self.speed_rad_s;
+        let (w2, of_probes) = (self.speed_rad_s * self.speed_rad_s, &self.of_probes);
         let force = |pattern| self.sizes[self.plant.column(Force::Pattern(pattern))];
         let forces = [Pattern::DiskUnbalance(number), Pattern::DiskTilt(number)].map(force);
         let [moving, moving_rate, tilting, tilting_rate] =
             [here, rate, tilt, tilt_rate].map(|a| self.motion(a));
         let slope = |p: usize| {
             let whirl = |fields: &Fields, s: usize, polar: f64| {
-                let moved =
-                    fields.along(here, 1 + p) * moving_rate[s] + fields.along(rate, 1 + p) * moving[s];
+                let moved = fields.along(here, p) * moving_rate[s] + fields.along(rate, p) * moving[s];
                 let tilted =
-                    fields.along(tilt, 1 + p) * tilting_rate[s] + fields.along(tilt_rate, 1 + p) * tilting[s];
+                    fields.along(tilt, p) * tilting_rate[s] + fields.along(tilt_rate, p) * tilting[s];
                 moved * mass + tilted * (diametral - polar)
             };
-            (whirl(&self.forward, 0, polar) + whirl(&self.backward, 1, -polar)) * w2
-                + self.forward.along(rate, 1 + p) * forces[0]
-                + self.forward.along(tilt_rate, 1 + p) * forces[1]
+            (whirl(&of_probes.forward, 0, polar) + whirl(&of_probes.backward, 1, -polar)) * w2
+                + of_probes.forward.along(rate, p) * forces[0]
+                + of_probes.forward.along(tilt_rate, p) * forces[1]
                 + self.support_slope(self.plant.bearings + number, rate, moving_rate, p)
         };
         (0..self.probes()).map(slope).collect()
@@ -281,11 +325,12 @@ impl<'a> Snapshot<'a> {
 
     /// A support moves along the shaft, which moves by so much per deviation there: what it feels changes, and where it pushes.
     fn support_slope(&self, place: usize, rate: &NodalSum, motion: [C; 2], probe: usize) -> C {
-        let Some(i) = self.places.iter().position(|p| *p == place) else { return C::from(0.0) };
+        let of_probes = &self.of_probes;
+        let Some(i) = of_probes.places.iter().position(|p| *p == place) else { return C::from(0.0) };
         let sense = |fields: &Fields, s: usize| {
-            fields.along(rate, 1 + probe) * self.held[i][s] + self.adjoint_held[probe][i][s] * motion[s]
+            fields.along(rate, probe) * self.held[i][s] + of_probes.held[probe][i][s] * motion[s]
         };
-        -(sense(&self.forward, 0) + sense(&self.backward, 1))
+        -(sense(&of_probes.forward, 0) + sense(&of_probes.backward, 1))
     }
 
     fn element_slopes(&self, changes: &[ElementChange]) -> Vec<C> {
@@ -307,12 +352,12 @@ impl<'a> Snapshot<'a> {
             }
             let motion = self.backward.element(e.number, 0);
             let mut behind = times(&backward, &motion);
-            if self.loss.im != 0.0 {
-                behind += times(&e.stiffness, &motion) * (self.loss - 1.0);
+            if self.of_probes.loss.im != 0.0 {
+                behind += times(&e.stiffness, &motion) * (self.of_probes.loss - 1.0);
             }
             for (p, slope) in slopes.iter_mut().enumerate() {
-                *slope -= self.forward.element(e.number, 1 + p).dot(&ahead);
-                *slope -= self.backward.element(e.number, 1 + p).dot(&behind);
+                *slope -= self.of_probes.forward.element(e.number, p).dot(&ahead);
+                *slope -= self.of_probes.backward.element(e.number, p).dot(&behind);
             }
         }
         slopes

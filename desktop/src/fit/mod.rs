@@ -118,6 +118,13 @@ impl Drawing {
         Self { deviation, whitening: Arc::new(whitening), plants: Default::default() }
     }
 
+    /// The same with its shaft, which is solved already.
+    fn solved(self, kind: &ShaftKind, plant: Arc<ModalShaft>) -> Self {
+        // nothing is lost if it was solved before
+        let _ = self.plants[kind.number()].set(Ok(plant));
+        self
+    }
+
     /// The same drawing with another noise.
     fn under(&self, whitening: Whitening) -> Self {
         Self {

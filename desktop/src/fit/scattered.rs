@@ -1,5 +1,7 @@
 //! A fit under the scatter that its own residuals show.
 
+use nalgebra::DMatrix;
+
 use super::hypothesis::Hypothesis;
 use super::{Drawing, Fit, Fitter};
 use crate::error::Error;
@@ -49,6 +51,12 @@ impl Fitter<'_> {
         let about = self.about(&drawing.whitening, fit);
         let (scatter, cost) = about.most_probable_scatter(&fit.weighted, fit.unknown_count());
         (scatter, prior + cost)
+    }
+
+    /// Squared misfit of a fit in standard deviations of another noise, the fit as it is.
+    pub fn chi2_under(&self, fit: &Fit, drawing: &Drawing, noise: Scatter) -> f64 {
+        let about = self.about(&drawing.whitening, fit).scattered(noise);
+        about.apply_with(&DMatrix::zeros(fit.weighted.len(), 0), &fit.weighted).1.norm_squared()
     }
 
     /// Noise whose scatter between runs is of what this fit predicts.

@@ -52,7 +52,7 @@ pub struct Whitening {
     between: RunAllowance,
     /// Weighted response per standard deviation of each deviation, as stated and with the scatter whitened.
     stated: DMatrix<f64>,
-    deviations: Allowance,
+    deviations: Arc<Allowance>,
     /// Where the jacobian was taken, in standard deviations.
     centre: DVector<f64>,
     /// ln det of the covariance in noise units.
@@ -66,7 +66,7 @@ impl Whitening {
         let mut jacobian = stated.clone();
         scattered.whiten_series(&mut jacobian);
         between.whiten(&mut jacobian);
-        let deviations = Allowance::new(jacobian);
+        let deviations = Arc::new(Allowance::new(jacobian));
         let own = scattered.series.log_det(&scattered.scatter, scattered.free);
         let log_det = own + between.log_det() + deviations.log_det();
         Self { scattered, between, stated, deviations, centre, log_det }
@@ -75,6 +75,12 @@ impl Whitening {
     /// The same beside another model, of which a run that is off would change this.
     pub fn about(&self, runs: RunErrors) -> Self {
         let scattered = DataScatter { runs, ..self.scattered.clone() };
+        if scattered.scatter.between_runs == 0.0 {
+            // where runs do not differ it is the same noise
+            let (between, deviations) = (scattered.between_runs(), self.deviations.clone());
+            let (stated, centre, log_det) = (self.stated.clone(), self.centre.clone(), self.log_det);
+            return Self { scattered, between, stated, deviations, centre, log_det };
+        }
         Self::new(self.stated.clone(), self.centre.clone(), scattered)
     }
 

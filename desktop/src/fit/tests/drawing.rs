@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::super::data::Data;
 use super::super::dimensions::FittedDimension;
 use super::super::drawing_errors::DrawingErrors;
-use super::super::{Effort, Fitter};
+use super::super::{Drawing, Effort, Fitter};
 use super::*;
+use crate::statistics::scatter::Scatter;
 
 /// Response per deviation by differences, the linear unknowns held.
 pub(super) fn by_differences(
@@ -48,6 +49,28 @@ fn compare_on(rotor: &Rotor, chosen: &[&str], centre: f64) {
         let (e, d) = (exact.column(j), expected.column(j));
         let kind = &fitter.deviations.kinds[j];
         assert!((e - d).norm() < 1e-4 * d.norm() + 1e-7, "{kind:?}: {} against {}", (e - d).norm(), d.norm());
+    }
+}
+
+#[test]
+fn misfit_under_other_noise_follows_its_size() {
+    let mut rotor = machine();
+    let readings =
+        measured(&rotor, &run_up(9), &["runout"], &no_deviation(&Fitter::new(&rotor, Data::default())));
+    for exact in [false, true] {
+        rotor.tolerance = rotor.tolerance.filter(|_| !exact).or(Some(Tolerance::exact()));
+        let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
+        let (h, x, _) = hypothesis(&fitter, &[]);
+        let fit =
+            |drawing: &Drawing, x: Vec<f64>| fitter.fit(&h, &[x], drawing, Effort::Search, None).unwrap();
+        let drawing = fitter.around_the_stated(&h, &fit(&fitter.exact_drawing(), x.clone())).unwrap();
+        let found = fit(&drawing, x);
+        let under = |scale: f64| fitter.chi2_under(&found, &drawing, Scatter { scale, ..Scatter::STATED });
+        assert!((under(1.0) / found.chi2 - 1.0).abs() < 1e-9, "{} {}", under(1.0), found.chi2);
+        // errors of the drawing keep their size beside a larger noise, and take up less of what is left
+        let quarter = found.chi2 / 4.0;
+        let off = under(2.0) / quarter - 1.0;
+        assert!(if exact { off.abs() < 1e-9 } else { off > 1e-6 }, "{off}");
     }
 }
 

@@ -5,7 +5,6 @@ use nalgebra::{Complex, DMatrix};
 use super::functions::Functions;
 use crate::error::Error;
 use crate::fit::drawing_errors::DrawingErrors;
-use crate::fit::error_slopes::Snapshot;
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::problem::Problem;
 use crate::fit::{Drawing, Fit, Fitter, ShaftKind, singular};
@@ -86,8 +85,7 @@ impl Problem<'_> {
     fn under_unit_forces(&self, places: &[&NodalSum]) -> Option<Vec<Vec<UnderForce>>> {
         let now = self.evaluated()?;
         let mut seen = Vec::with_capacity(self.count());
-        for (r, row) in self.rows.iter().enumerate() {
-            let snapshot = Snapshot::new(self, now, r);
+        for (row, snapshot) in self.rows.iter().zip(self.snapshots(now)) {
             seen.extend(row.values.iter().map(|v| {
                 let gain = now.terms.gains[v.probe] / v.sigma_m;
                 let at = |place: &&NodalSum| UnderForce {
