@@ -136,7 +136,7 @@ struct Beam<'b, 'a> {
 
 /// A set beside the best one of its size.
 enum Followed<'b, 'a> {
-    Settled(BaseModel<'a>),
+    Settled(Box<BaseModel<'a>>),
     /// What was added to which model: it is settled when it is needed.
     Candidate(&'b BaseModel<'a>, &'b CandidateFit),
 }
@@ -237,7 +237,8 @@ impl<'b, 'a> Beam<'b, 'a> {
         // special cases were settled beside what they are cases of, and count from here on like any other
         let most = if of_one { kept.len() } else { width };
         let mut sets = kept.into_iter().map(|(_, base)| base).take(most);
-        Some(Self { lead: sets.next()?, others: sets.map(Followed::Settled).collect(), rivals })
+        let lead = sets.next()?;
+        Some(Self { lead, others: sets.map(|set| Followed::Settled(Box::new(set))).collect(), rivals })
     }
 
     /// The sets beside the best that are followed on, settled. Where the best leaves no more than this noise with another effect, those are
@@ -255,7 +256,7 @@ impl<'b, 'a> Beam<'b, 'a> {
 impl<'a> Followed<'_, 'a> {
     fn settled(self) -> Option<BaseModel<'a>> {
         match self {
-            Self::Settled(base) => Some(base),
+            Self::Settled(base) => Some(*base),
             Self::Candidate(base, t) => base.grown(t).ok(),
         }
     }
