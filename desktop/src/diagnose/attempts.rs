@@ -48,32 +48,32 @@ impl BaseModel<'_> {
         Ok(tried)
     }
 
-    /// Whether this model leaves no more than noise like this, with errors of the drawing as far as they are linear around the stated one.
+    /// Whether this model leaves no more than such noise, with errors of the drawing as far as they are linear around the stated one.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn is_enough(&self, noise: &Scatter) -> Result<bool, Error> {
+    pub fn leaves_only_noise(&self, noise: &Scatter) -> Result<bool, Error> {
         let drawing = self.fitter.around_the_stated(&self.hypothesis, &self.search.1)?;
         let start = std::slice::from_ref(&self.search.1.x);
         Ok(self.leaves_no_more(&self.hypothesis, start, &drawing, noise))
     }
 
-    /// The same with the best candidate beside it, of those that are enough on a part; not asked of few readings, where it takes as long as
-    /// to try all candidates.
+    /// Whether a candidate exists beside which this model leaves no more than such noise, first on a part of the readings and then on all.
+    /// Of few readings it is taken to exist, as the question takes as long there as to try all candidates.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn can_be_enough_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
+    pub fn can_leave_only_noise_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
         let Some(part) = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)? else {
             return Ok(true);
         };
         let drawing = self.fitter.around_the_stated(&self.hypothesis, &self.search.1)?;
-        let can_be = |a: PlacedEffect| {
+        let can = |a: PlacedEffect| {
             let with = self.hypothesis.with(a);
-            let on_part = part.enough(&with, &self.starts(a), noise);
+            let on_part = part.where_only_noise_is_left(&with, &self.starts(a), noise);
             on_part.is_some_and(|x| self.leaves_no_more(&with, &[x], &drawing, noise))
         };
-        Ok(self.possible().into_par_iter().any(can_be))
+        Ok(self.possible().into_par_iter().any(can))
     }
 
     fn leaves_no_more(

@@ -157,7 +157,7 @@ impl<'a> BaseModel<'a> {
         Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
     }
 
-    /// The same with nothing fitted anew: to see what more effects beside the candidate could explain.
+    /// The model with a candidate at the fit of the search, which shows what further effects could explain: nothing is fitted anew.
     pub fn with_unsettled(&self, t: &CandidateFit) -> Self {
         let drawing = t.own_drawing.clone().unwrap_or_else(|| self.drawing.clone());
         Self {

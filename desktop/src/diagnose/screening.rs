@@ -60,9 +60,14 @@ impl<'a> Screening<'a> {
         Ok((fit.x, evidence))
     }
 
-    /// Where a model with a candidate fits best, from these starts, if it leaves no more than noise like this on this part: a fit to all
-    /// readings leaves more on it. None where the machine is singular from every start.
-    pub fn enough(&self, with: &Hypothesis, starts: &[Vec<f64>], noise: &Scatter) -> Option<Vec<f64>> {
+    /// Where a model with a candidate fits best, search coordinates, from these starts; `None` if it leaves more than such noise on this part.
+    /// A fit to all readings leaves no less on it. `None`, too, where the machine is singular from every start.
+    pub fn where_only_noise_is_left(
+        &self,
+        with: &Hypothesis,
+        starts: &[Vec<f64>],
+        noise: &Scatter,
+    ) -> Option<Vec<f64>> {
         let fit = self.fit(with, starts).ok()?;
         leaves_no_more(&self.fitter, &fit, &self.drawing, noise).then_some(fit.x)
     }
@@ -72,7 +77,8 @@ impl<'a> Screening<'a> {
     }
 }
 
-/// Whether what a fit leaves can be noise like this, and no larger.
+/// Whether the residuals of a fit are no larger than such noise, by χ² with a chance of [`NEGLIGIBLE`] to be wrong. Noise below the stated one
+/// counts as the stated one.
 pub fn leaves_no_more(fitter: &Fitter, fit: &Fit, drawing: &Drawing, noise: &Scatter) -> bool {
     // values that go along with their neighbours scatter like fewer that do not
     let square = noise.correlation.powi(2);

@@ -134,7 +134,7 @@ struct Beam<'b, 'a> {
     rivals: Vec<String>,
 }
 
-/// A set beside the best one of its size.
+/// A set of effects that is followed beside the best one of its size.
 enum Followed<'b, 'a> {
     Settled(Box<BaseModel<'a>>),
     /// What was added to which model: it is settled when it is needed.
@@ -246,7 +246,7 @@ impl<'b, 'a> Beam<'b, 'a> {
     fn others(&mut self, enough: Option<&Scatter>) -> Result<Vec<BaseModel<'a>>, Error> {
         let mut kept = Vec::with_capacity(self.others.len());
         for set in std::mem::take(&mut self.others) {
-            let is_rival = enough.map_or(Ok(true), |noise| set.can_be_enough_with_another(noise));
+            let is_rival = enough.map_or(Ok(true), |noise| set.can_leave_only_noise_with_another(noise));
             kept.extend(is_rival?.then_some(set));
         }
         Ok(kept.into_par_iter().filter_map(Followed::settled).collect())
@@ -261,10 +261,10 @@ impl<'a> Followed<'_, 'a> {
         }
     }
 
-    fn can_be_enough_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
+    fn can_leave_only_noise_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
         match self {
-            Self::Settled(base) => base.can_be_enough_with_another(noise),
-            Self::Candidate(base, t) => base.with_unsettled(t).can_be_enough_with_another(noise),
+            Self::Settled(base) => base.can_leave_only_noise_with_another(noise),
+            Self::Candidate(base, t) => base.with_unsettled(t).can_leave_only_noise_with_another(noise),
         }
     }
 }
@@ -277,7 +277,7 @@ fn noise_of_enough(base: &BaseModel, t: &CandidateFit) -> Result<Option<Scatter>
         && t.disqualified.is_none()
         && explains(&noise, base)
         && is_enough(&UnknownCauseFit::beside_candidate(base, t)?)
-        && base.with_unsettled(t).is_enough(&noise)?;
+        && base.with_unsettled(t).leaves_only_noise(&noise)?;
     Ok(enough.then_some(noise))
 }
 

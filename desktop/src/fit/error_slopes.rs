@@ -39,7 +39,7 @@ impl Problem<'_> {
         Some(self.observed(d))
     }
 
-    /// Every row, ready for every error.
+    /// A snapshot of every row in turn; rows of one speed on equal supports share their adjoint motions.
     pub(super) fn snapshots<'s>(&'s self, now: &'s Evaluation) -> impl Iterator<Item = Snapshot<'s>> {
         let groups = &now.responses.groups;
         let mut left = vec![0; groups.first.len()];
@@ -215,7 +215,7 @@ pub(super) struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    /// One of the rows that these are shared by.
+    /// A snapshot of one of the rows that share these adjoint motions.
     fn beside(of_probes: Arc<ProbeFields<'a>>, problem: &Problem, now: &Evaluation, r: usize) -> Self {
         let ProbeFields { plant, speed_rad_s, places, gains, .. } = &*of_probes;
         let (plant, speed_rad_s) = (*plant, *speed_rad_s);

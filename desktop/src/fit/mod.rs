@@ -118,7 +118,7 @@ impl Drawing {
         Self { deviation, whitening: Arc::new(whitening), plants: Default::default() }
     }
 
-    /// The same with its shaft, which is solved already.
+    /// This drawing with its shaft, which is solved already.
     fn solved(self, kind: &ShaftKind, plant: Arc<ModalShaft>) -> Self {
         // nothing is lost if it was solved before
         let _ = self.plants[kind.number()].set(Ok(plant));
