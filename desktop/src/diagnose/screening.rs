@@ -116,6 +116,41 @@ pub fn chosen(runs: &[usize], enough: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::data::Data;
+    use crate::machine::drawing::Noise;
+    use crate::simulate::{SimulationRequest, simulate};
+    use crate::testing::sample_rotor;
+
+    const NOISE: Noise =
+        Noise { relative: 0.01, floor_um: 0.05, scale: None, correlation: None, between_runs: None };
+
+    #[test]
+    fn residuals_of_twice_the_noise_are_larger_than_noise() {
+        let rotor = sample_rotor();
+        let twice = Noise { relative: 0.02, floor_um: 0.1, ..NOISE };
+        let times = |scale: f64| Scatter { scale, ..Scatter::STATED };
+        // noise of the readings, noise that is asked for, and whether the residuals are no larger
+        for (noise, asked, expected) in [
+            (NOISE, times(1.0), true),
+            // less than stated is no reason to expect less
+            (NOISE, times(0.5), true),
+            (twice, times(1.0), false),
+            (twice, times(2.0), true),
+        ] {
+            let speeds_rpm = (0..200).map(|k| 600.0 + 40.0 * f64::from(k)).collect();
+            let request = SimulationRequest { speeds_rpm, noise: Some(noise), seed: 3, ..Default::default() };
+            let readings = simulate(&rotor, &request).unwrap().readings;
+            let fitter = Fitter::new(&rotor, Data::new(&rotor, &NOISE, &readings));
+            let model = Hypothesis::drawn(&rotor, fitter.scales(None));
+            let (start, drawing) = ([model.bearings.stated()], fitter.exact_drawing());
+            let fit = fitter.fit(&model, &start, &drawing, Effort::Search, Some(&fitter.still())).unwrap();
+            assert_eq!(leaves_no_more(&fitter, &fit, &drawing, &asked), expected, "{noise:?} {asked:?}");
+            let part =
+                Screening::beside(&fitter, &model, &fit).unwrap().expect("a part of two hundred readings");
+            let found = part.where_only_noise_is_left(&model, &start, &asked);
+            assert_eq!(found.is_some(), expected, "{noise:?} {asked:?}");
+        }
+    }
 
     #[test]
     fn screened_readings_hold_both_ends_of_every_run() {
