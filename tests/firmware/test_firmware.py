@@ -66,9 +66,21 @@ class Board:
             time.sleep(0.2)
 
 
+def free_port():
+    """A port that nobody has, below those that Linux gives to connections of its own accord (32768 and more)."""
+    while True:
+        port = random.randrange(20000, 32768)
+        with socket.socket() as trial:
+            try:
+                trial.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+        return port
+
+
 @pytest.fixture
 def board(tmp_path):
-    port = random.randrange(20000, 60000)
+    port = free_port()
     there = {"interface": "slcan", "channel": f"socket://127.0.0.1:{port}", "sleep_after_open": 0}
     wire = Wire(f"slcan:127.0.0.1:{port}", there)
     board = Board(wire, tmp_path / "key", tmp_path / "log", tmp_path / "console")
