@@ -350,7 +350,7 @@ mod slow {
         let quiet = Plan { days: 150, ..Plan::quiet(TURBINE, 800) };
         let harder = Change::Bearing { index: 1, stiffness: [1.6, 0.7], damping: [0.6, 1.3] };
         let event = Plan { days: 150, ..with(COMPRESSOR, 801, 100, harder) };
-        for plan in [quiet, event] {
+        [quiet, event].into_par_iter().for_each(|plan| {
             let record = plan.make();
             let then = Judged::filtered(&plan, &record, 5).unwrap();
             println!("as known then {}", then.line());
@@ -369,6 +369,6 @@ mod slow {
                     );
                 }
             }
-        }
+        });
     }
 }
