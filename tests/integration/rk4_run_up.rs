@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rotor_edge_desktop::check::critical::critical_speeds;
 use rotor_edge_desktop::check::system::System;
-use rotor_edge_desktop::diagnose::add;
+use rotor_edge_desktop::diagnose::{TooFast, add, diagnose};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
@@ -46,4 +46,16 @@ fn rk4_run_up_is_fitted_as_transient_by_its_times() {
     readings.iter_mut().for_each(|r| r.time_d = None);
     let (_, steady) = fitted(&rotor, &readings);
     assert!(steady > 2.0 * transient, "{steady:.3} against {transient:.3}");
+}
+
+/// The source states 230 rpm a second.
+#[test]
+fn rk4_run_up_without_times_is_known_by_its_beats() {
+    let (rotor, mut readings) = run_up();
+    readings.iter_mut().for_each(|r| r.time_d = None);
+    let found = diagnose(&rotor, &readings).unwrap();
+    assert_eq!(found.too_fast, Some(TooFast::Beats), "{}", found.summary);
+    let (_, rest) = found.summary.split_once("changes by about ").unwrap();
+    let rate_rpm_s: f64 = rest.split_once(' ').unwrap().0.parse().unwrap();
+    assert!((rate_rpm_s / 230.0 - 1.0).abs() < 0.1, "{}", found.summary);
 }

@@ -92,6 +92,15 @@ pub struct HeldOut {
     pub worse: bool,
 }
 
+/// What shows that a run changed speed too fast for a steady response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TooFast {
+    /// The times of its readings.
+    Times,
+    /// Beats after its peak; its readings come without times.
+    Beats,
+}
+
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
     pub verdict: DiagnosisVerdict,
@@ -108,8 +117,8 @@ pub struct Diagnosis {
     pub indistinguishable: Vec<Vec<String>>,
     /// Whether bearings and planes alone use up what the data hold, so that nothing more can be found.
     pub saturated: bool,
-    /// Whether the misfit is that of a run that swept too fast for a steady response.
-    pub too_fast: bool,
+    /// How it is known, if it is, that a run changed speed too fast for a steady response and nothing can be claimed for it.
+    pub too_fast: Option<TooFast>,
     /// The probe that does not show what the others do, where the summary says so of one.
     pub bad_probe: Option<String>,
     /// The mistake in the files that explains the misfit better than any effect, if one does.
@@ -145,7 +154,7 @@ impl Diagnosis {
         let claimed = matches!(self.verdict, DiagnosisVerdict::Missing | DiagnosisVerdict::Undecided);
         self.candidates
             .first()
-            .filter(|_| claimed && !self.saturated && !self.too_fast && self.mistake.is_none())
+            .filter(|_| claimed && !self.saturated && self.too_fast.is_none() && self.mistake.is_none())
     }
 }
 

@@ -3,10 +3,11 @@
 use nalgebra::{Complex, DMatrix};
 
 use super::as_file::as_file;
-use super::base::BaseModel;
+use super::base::{BaseModel, explains};
 use super::checks;
 use super::holding::HeldParameter;
 use super::planes::PlaneUnbalances;
+use super::sweep::beats::Beats;
 use super::sweep::{self, Sweep};
 use crate::error::Error;
 use crate::fit::Fitter;
@@ -90,7 +91,11 @@ fn fit_and<T>(
         remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
         let predicted_m = by_reading(readings, &base.fit.predicted_m);
         let fitted = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
-        remarks.extend(base.remark_on_sweep(readings, Sweep::of(&fitted, readings, &noise).as_ref()));
+        let sweep = Sweep::of(&fitted, readings, &noise);
+        remarks.extend(base.remark_on_sweep(readings, sweep.as_ref()));
+        if sweep.is_none() && !explains(&base.drawing.scatter(), &base) {
+            remarks.extend(Beats::of(readings, &noise).map(|beats| beats.words()));
+        }
         let planes = rotor.plane.len();
         let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
         let first = base.fit.x.len();

@@ -4,13 +4,14 @@ use std::borrow::Cow;
 
 use nalgebra::DMatrix;
 
-use super::answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, SURE};
+use super::answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, SURE, TooFast};
 use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
 use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
 use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
+use super::sweep::beats::Beats;
 use super::sweep::{Sweep, fitted};
 use super::unknown::UnknownCauseFit;
 use super::verdict::{Conclusion, DiagnosisEvidence};
@@ -181,13 +182,13 @@ impl BaseModel<'_> {
         }
         let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
         let sweep = Sweep::of(&found, readings, &noise);
-        let (said, too_fast) = self.concluded(&evidence, sweep.as_ref(), readings)?;
+        let (said, too_fast) = self.concluded(&evidence, sweep.as_ref(), readings, &noise)?;
         let (verdict, mut summary) = (said.verdict, said.summary);
         let alike = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined);
         summary += &alike.map_or_else(String::new, |alike| format!(" {alike}"));
         remarks.extend(self.remark_on_sweep(readings, sweep.as_ref()));
         remarks.extend(checks::far_below_noise(self));
-        let is_of_machine = !too_fast && said.mistake.is_none();
+        let is_of_machine = too_fast.is_none() && said.mistake.is_none();
         let asks = verdict == DiagnosisVerdict::Undecided && is_of_machine && said.together.is_empty();
         let advice = if asks { self.asked(weighed, &noise, &mut remarks) } else { Vec::new() };
         let stands_on = tried.first().filter(|_| verdict == DiagnosisVerdict::Missing).map(|t| &t.fit);
@@ -199,7 +200,7 @@ impl BaseModel<'_> {
             _ => (Vec::new(), Vec::new()),
         };
         remarks.extend(of_runs);
-        let cause = (!too_fast && (verdict == DiagnosisVerdict::Unknown || said.outside >= SURE))
+        let cause = (too_fast.is_none() && (verdict == DiagnosisVerdict::Unknown || said.outside >= SURE))
             .then(|| unknown.cause(self.fitter, said.outside));
         // rivals explain the data about as well as the best
         let fitting = if said.candidate_fits { ranking.rivals.max(1) } else { 0 };
@@ -230,17 +231,18 @@ impl BaseModel<'_> {
         })
     }
 
-    /// The conclusion from this evidence, and whether it was taken back because a run changed speed too fast.
+    /// The conclusion from this evidence, and what shows that a run changed speed too fast, where it was taken back for that.
     fn concluded(
         &self,
         evidence: &DiagnosisEvidence,
         sweep: Option<&Sweep>,
         readings: &[Reading],
-    ) -> Result<(Conclusion, bool), Error> {
+        noise: &Noise,
+    ) -> Result<(Conclusion, Option<TooFast>), Error> {
         let said = evidence.verdict()?;
-        Ok(match self.too_fast(sweep, readings, said.verdict, evidence.ranking)? {
-            Some(why) => (withdrawn(said, why), true),
-            None => (said, false),
+        Ok(match self.too_fast(sweep, (readings, noise), &said, evidence.ranking)? {
+            Some((shown_by, why)) => (withdrawn(said, &why), Some(shown_by)),
+            None => (said, None),
         })
     }
 
@@ -248,17 +250,19 @@ impl BaseModel<'_> {
     fn too_fast(
         &self,
         sweep: Option<&Sweep>,
-        readings: &[Reading],
-        verdict: DiagnosisVerdict,
+        (readings, noise): (&[Reading], &Noise),
+        said: &Conclusion,
         ranking: &Ranking,
-    ) -> Result<Option<&'static str>, Error> {
+    ) -> Result<Option<(TooFast, Cow<'static, str>)>, Error> {
+        let by_times = |why: &'static str| (TooFast::Times, why.into());
         Ok(match sweep {
             _ if ranking.nothing_missing >= SURE => None,
             _ if self.fitter.data.is_swept() => {
-                (verdict == DiagnosisVerdict::Unknown).then_some(TRANSIENT_MISFIT)
+                (said.verdict == DiagnosisVerdict::Unknown).then(|| by_times(TRANSIENT_MISFIT))
             }
-            Some(sweep) => lag_explains(sweep, self.fitter.rotor, readings)?.then_some(UNSTEADY),
-            None => None,
+            Some(sweep) => lag_explains(sweep, self.fitter.rotor, readings)?.then(|| by_times(UNSTEADY)),
+            None if said.candidate_fits || said.mistake.is_some() => None,
+            None => Beats::of(readings, noise).map(|beats| (TooFast::Beats, beats.words().into())),
         })
     }
 
@@ -345,7 +349,7 @@ impl BaseModel<'_> {
             candidates: possible.iter().map(candidate).collect(),
             indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
             saturated: true,
-            too_fast: false,
+            too_fast: None,
             bad_probe: None,
             mistake: None,
             together: Vec::new(),

@@ -210,7 +210,11 @@ fn improved(
     let Some(ModelComparison { tried, unknown, .. }) = weighed else { return Ok(outcome) };
     let nothing_known =
         matches!(at_start.verdict, DiagnosisVerdict::Adequate | DiagnosisVerdict::NotDetermined);
-    if nothing_known || at_start.too_fast || outcome.mistake.is_some() || at_start.nothing_missing >= SURE {
+    if nothing_known
+        || at_start.too_fast.is_some()
+        || outcome.mistake.is_some()
+        || at_start.nothing_missing >= SURE
+    {
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
         return Ok(outcome);
     }

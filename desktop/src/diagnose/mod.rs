@@ -34,7 +34,9 @@ mod verdict;
 pub use crate::fit::dimensions::FittedDimension;
 pub use crate::receptance::update::solved_responses;
 pub use crate::statistics::scatter::Scatter;
-pub use answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE, SuspectedMistake};
+pub use answer::{
+    Advice, Candidate, Diagnosis, DiagnosisVerdict, HeldOut, RIVAL, SURE, SuspectedMistake, TooFast,
+};
 pub use best_fit::{BestFit, best_fit, fit_holding, judged_fit};
 pub use diagnosis::{diagnose, diagnose_telling};
 pub use holding::HeldParameter;

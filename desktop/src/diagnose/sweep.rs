@@ -8,6 +8,8 @@
 //! resonance, and at most `(3√3/8) α/(ζω)²` of the amplitude, beside it. A run is quasi-steady where `α ≪ (ζω)²` (Lewis,
 //! *Vibration during acceleration through a critical speed*, Trans. ASME 54, 1932).
 
+pub mod beats;
+
 use nalgebra::{Complex, DVector};
 
 use super::as_file::as_file;

@@ -1,5 +1,6 @@
+use super::beats::Beats;
 use super::*;
-use crate::diagnose::{DiagnosisVerdict, best_fit, diagnose, improve};
+use crate::diagnose::{DiagnosisVerdict, TooFast, best_fit, diagnose, improve};
 use crate::rotor_file;
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
@@ -30,17 +31,17 @@ const MASS_KG: f64 = 50.314_159_265;
 const STIFFNESS: f64 = 2.0 * 2.264e6;
 const DAMPING: f64 = 2.0 * 754.7;
 
-/// The mass swept from 150 to 500 rad/s, its motion beside the turning angle: Runge and Kutta's fourth order.
-fn swept(rate: f64, speeds: &[f64]) -> Vec<C> {
+/// The mass on bearings of this damping swept over these speeds, rad/s, its motion beside the turning angle: Runge and Kutta's fourth order.
+fn swept(rate: f64, damping: f64, speeds: &[f64]) -> Vec<C> {
     let u = phasor_kg_m(500.0, 40.0) / MASS_KG;
-    let begin = 120.0;
+    let begin = speeds[0] - 30.0 * rate.signum();
     let acceleration = |t: f64, a: C, v: C| {
         let w = begin + rate * t;
-        let (i, k, c) = (C::i(), STIFFNESS / MASS_KG, DAMPING / MASS_KG);
+        let (i, k, c) = (C::i(), STIFFNESS / MASS_KG, damping / MASS_KG);
         u * C::new(w * w, -rate) - v * (2.0 * w * i + c) - a * (k - w * w + i * (w * c + rate))
     };
     // from the steady state
-    let (k, c) = (STIFFNESS / MASS_KG, DAMPING / MASS_KG);
+    let (k, c) = (STIFFNESS / MASS_KG, damping / MASS_KG);
     let mut a = u * begin * begin / C::new(k - begin * begin, c * begin);
     let (mut v, mut t) = (C::from(0.0), 0.0);
     let mut seen = Vec::new();
@@ -65,14 +66,22 @@ fn swept(rate: f64, speeds: &[f64]) -> Vec<C> {
 }
 
 fn readings(rate: f64, noisy: bool) -> Vec<Reading> {
-    let speeds: Vec<f64> = (0..60).map(|k| 150.0 + 350.0 * f64::from(k) / 59.0).collect();
+    readings_at(rate, DAMPING, &speeds(60), noisy)
+}
+
+/// So many from 150 to 500 rad/s.
+fn speeds(count: u32) -> Vec<f64> {
+    (0..count).map(|k| 150.0 + 350.0 * f64::from(k) / f64::from(count - 1)).collect()
+}
+
+fn readings_at(rate: f64, damping: f64, speeds: &[f64], noisy: bool) -> Vec<Reading> {
     let mut random = StdRng::seed_from_u64(11);
     let mut shown = |y: C| {
         let sigma_m = if noisy { 0.01 * y.norm() + 0.05e-6 } else { 0.0 };
         let mut part = || sigma_m * random.sample::<f64, _>(StandardNormal);
         Some(y + C::new(part(), part()))
     };
-    let seen = swept(rate, &speeds);
+    let seen = swept(rate, damping, speeds);
     let row = |(w, a): (&f64, &C)| Reading {
         time_d: Some(w / rate / SECONDS_A_DAY),
         speed_rpm: rpm(*w),
@@ -129,7 +138,7 @@ fn fast_sweep_is_fitted_as_transient() {
         let readings = readings(rate, true);
         let fast = diagnose(&rotor, &readings).unwrap();
         assert_eq!(fast.verdict, DiagnosisVerdict::Adequate, "{rate}: {}", fast.summary);
-        assert!(!fast.too_fast && fast.chi2_per_value < 1.2, "{rate}: {}", fast.chi2_per_value);
+        assert!(fast.too_fast.is_none() && fast.chi2_per_value < 1.2, "{rate}: {}", fast.chi2_per_value);
         let remarks = about(&fast.remarks);
         assert!(remarks.len() == 1 && remarks[0].contains("by the times"), "{rate}: {remarks:?}");
         let best = best_fit(&rotor, &readings).unwrap();
@@ -171,7 +180,7 @@ fn fast_sweep_whose_times_contradict_claims_no_cause() {
     let mut readings = readings(30.0, true);
     readings[20].time_d = readings[19].time_d;
     let fast = diagnose(&rotor, &readings).unwrap();
-    assert!(fast.too_fast, "{}", fast.summary);
+    assert_eq!(fast.too_fast, Some(TooFast::Times), "{}", fast.summary);
     assert_eq!(about(&fast.remarks).len(), 1, "{:?}", fast.remarks);
     assert!(improve(&rotor, &readings, |_| {}).unwrap().steps.is_empty());
 }
@@ -187,9 +196,54 @@ fn unexplained_part_of_transient_claims_no_cause() {
     }
     let found = diagnose(&rotor, &readings).unwrap();
     assert_eq!(found.verdict, DiagnosisVerdict::Undecided, "{}", found.summary);
-    assert!(found.too_fast && found.unknown.is_none() && found.named().is_none(), "{}", found.summary);
+    assert!(
+        found.too_fast == Some(TooFast::Times) && found.unknown.is_none() && found.named().is_none(),
+        "{}",
+        found.summary
+    );
     assert!(found.summary.ends_with("No effect is claimed."), "{}", found.summary);
     let outcome = improve(&rotor, &readings, |_| {}).unwrap();
     assert_eq!(outcome.verdict, DiagnosisVerdict::Undecided, "{}", outcome.summary);
     assert!(outcome.steps.is_empty() && outcome.unknown.is_none());
+}
+
+/// A run up or down without times, ζ = 0.01, at 150 rad/s²: five beats until the free vibration has decayed to e⁻². Every reading takes a
+/// turn at least, so that there are fewer where it turns more slowly.
+fn beating(up: bool) -> Vec<Reading> {
+    let (rate, mut speeds) = if up { (150.0, speeds(140)) } else { (-150.0, speeds(70)) };
+    if !up {
+        speeds.reverse();
+    }
+    let mut readings = readings_at(rate, DAMPING / 5.0, &speeds, true);
+    readings.iter_mut().for_each(|r| r.time_d = None);
+    readings
+}
+
+#[test]
+fn beats_of_run_without_times_tell_its_rate() {
+    let rotor = machine();
+    let noise = Noise::of(&rotor, &[]);
+    for up in [true, false] {
+        let found = Beats::of(&beating(up), &noise).unwrap();
+        assert!((found.rate_rpm_s / rpm(150.0) - 1.0).abs() < 0.1, "{up}: {}", found.rate_rpm_s);
+    }
+    // slower runs have none: (ζω)² is 9 rad/s²
+    for rate in [0.1, 2.0] {
+        let mut slow = readings_at(rate, DAMPING / 5.0, &speeds(140), true);
+        slow.iter_mut().for_each(|r| r.time_d = None);
+        assert!(Beats::of(&slow, &noise).is_none(), "{rate}");
+    }
+}
+
+#[test]
+fn beating_run_without_times_claims_no_cause_and_asks_for_times() {
+    let soft = rotor_file::parse("soft.toml", &MACHINE.replace("754.7", "150.9")).unwrap();
+    let readings = beating(true);
+    let found = diagnose(&soft, &readings).unwrap();
+    assert_eq!(found.verdict, DiagnosisVerdict::Undecided, "{}", found.summary);
+    assert_eq!(found.too_fast, Some(TooFast::Beats), "{}", found.summary);
+    assert!(found.summary.contains("without times (time_d)"), "{}", found.summary);
+    assert!(found.unknown.is_none() && found.named().is_none());
+    assert_eq!(about(&best_fit(&soft, &readings).unwrap().remarks).len(), 1);
+    assert!(improve(&soft, &readings, |_| {}).unwrap().steps.is_empty());
 }

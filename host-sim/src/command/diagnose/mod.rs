@@ -4,7 +4,7 @@ pub mod fitted;
 
 use anyhow::Result;
 use clap::Args;
-use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, add, diagnose_telling};
+use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, TooFast, add, diagnose_telling};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 
@@ -87,9 +87,13 @@ fn next(arguments: &Arguments, found: &Diagnosis) -> (String, Option<String>) {
         );
     }
     match (found.verdict, found.candidates.first()) {
-        (DiagnosisVerdict::Undecided, _) if found.too_fast => {
+        (DiagnosisVerdict::Undecided, _) if found.too_fast == Some(TooFast::Times) => {
             ("measure a slower run-up, at the rate stated above.".into(), None)
         }
+        (DiagnosisVerdict::Undecided, _) if found.too_fast == Some(TooFast::Beats) => with(
+            "state the times of the readings in a column time_d, days, and diagnose the run again as a transient",
+            format!("diagnose {rotor} {data}{runout}"),
+        ),
         (DiagnosisVerdict::Missing, Some(best)) => with(
             "add it",
             format!("add {rotor} {} --data {data}{runout} -o better.toml", shell::word(&best.label())),
