@@ -17,8 +17,9 @@ use crate::units::rpm;
 
 type C = Complex<f64>;
 
-/// Readings beside the peak that are looked at, at least.
+/// Readings beside the peak that are looked at, at least and at most: of more, so many that are evenly spread.
 const FEWEST: usize = 16;
+const MOST: usize = 100;
 /// The readings begin where the largest amplitude has fallen to this share of the peak's.
 const BESIDE_PEAK: f64 = 0.5;
 /// Beats until the free vibration has decayed to e⁻², at least: with fewer it is like a second resonance.
@@ -33,8 +34,9 @@ const READINGS_OF_BEAT: f64 = 2.0;
 const RATE_MARGIN: f64 = 1.1;
 /// Step of the number of beats over all readings. Two vibrations that differ by it are half a turn apart at the last of them.
 const STEP_OF_BEATS: f64 = 0.5;
-/// The resonance lies before the peak by at most so many √α, in steps of a tenth: an undamped one by 2.2 (Lewis).
-const BEFORE_PEAK: usize = 30;
+/// The resonance lies before the peak by at most so many steps, each a share of √α: an undamped one by 2.2 √α (Lewis).
+const BEFORE_PEAK: usize = 20;
+const STEP_BEFORE_PEAK: f64 = 0.15;
 /// Speeds and widths of another resonance that could look like beats.
 const RESONANCES: usize = 60;
 const WIDTHS: [f64; 6] = [0.003, 0.006, 0.012, 0.025, 0.05, 0.1];
@@ -84,6 +86,8 @@ struct Side {
     beyond: Vec<f64>,
     /// 1 above the peak, −1 below it.
     sense: f64,
+    /// Number of readings that were measured there.
+    measured: usize,
     probes: Vec<ProbeSide>,
 }
 
@@ -119,6 +123,9 @@ impl Side {
         if side.len() < FEWEST {
             return None;
         }
+        let (measured, count) = (side.len(), side.len().min(MOST));
+        let side: Vec<(f64, &Reading)> =
+            (0..count).map(|k| side[k * (side.len() - 1) / (count - 1)]).collect();
         let beyond: Vec<f64> = side.iter().map(|(d, _)| *d).collect();
         let count = side[0].1.probes.len();
         let probe = |p: usize| {
@@ -126,7 +133,7 @@ impl Side {
             (shown.iter().flatten().count() >= FEWEST).then(|| ProbeSide::new(&shown, &beyond, noise))
         };
         let probes: Vec<ProbeSide> = (0..count).filter_map(probe).collect();
-        (!probes.is_empty()).then_some(Self { peak_rad_s, beyond, sense, probes })
+        (!probes.is_empty()).then_some(Self { peak_rad_s, beyond, sense, measured, probes })
     }
 
     /// Squares that are left beside the smooth response and this pattern.
@@ -160,7 +167,7 @@ impl Side {
         let [first, last] = [self.beyond[0], self.beyond[self.beyond.len() - 1]];
         let square = |beyond: f64| (self.peak_rad_s + self.sense * beyond).powi(2);
         let angle_by_rate = (square(last) - square(first)).abs() / 2.0;
-        RATE_MARGIN * angle_by_rate / (2.0 * PI * (self.beyond.len() - 1) as f64)
+        RATE_MARGIN * angle_by_rate / (2.0 * PI * (self.measured - 1) as f64)
     }
 
     /// Free vibrations that these readings could show.
@@ -168,8 +175,8 @@ impl Side {
         let (count, last) = (self.beyond.len(), self.beyond[self.beyond.len() - 1]);
         let fastest = self.fastest_rad_s2();
         let of_beats = move |(decay, beats): (f64, f64)| {
-            (0..=BEFORE_PEAK).map(move |tenths| {
-                let roots = 0.1 * tenths as f64;
+            (0..=BEFORE_PEAK).map(move |step| {
+                let roots = STEP_BEFORE_PEAK * step as f64;
                 // (last + roots √α)² = 4πα beats
                 let root = last / ((4.0 * PI * beats).sqrt() - roots);
                 Vibration { rate_rad_s2: root * root, decay, before: roots * root }
