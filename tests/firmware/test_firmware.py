@@ -67,7 +67,7 @@ class Board:
 
 
 def free_port():
-    """A port that nobody has, below those that Linux gives to connections of its own accord (32768 and more)."""
+    """A port that nobody has, below the ephemeral ports of Linux, which outgoing connections take (from 32768 on)."""
     while True:
         port = random.randrange(20000, 32768)
         with socket.socket() as trial:

@@ -95,9 +95,9 @@ pub struct HeldOut {
 /// What shows that a run changed speed too fast for a steady response.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TooFast {
-    /// The times of its readings.
+    /// Its readings have times, and the speed changes fast between them.
     Times,
-    /// Beats after its peak; its readings come without times.
+    /// Its readings have no times, and the vibration beats beside the peak.
     Beats,
 }
 

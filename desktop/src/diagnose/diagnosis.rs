@@ -134,7 +134,8 @@ pub fn unexplained_transient() -> (DiagnosisVerdict, String) {
 /// A conclusion taken back for this reason.
 fn withdrawn(said: Conclusion, why: &str) -> Conclusion {
     let (verdict, summary) = nothing_claimed(why);
-    Conclusion { verdict, summary, candidate_fits: false, bad_probe: None, mistake: None, ..said }
+    let together = Vec::new();
+    Conclusion { verdict, summary, candidate_fits: false, bad_probe: None, mistake: None, together, ..said }
 }
 
 /// Whether a run that swept too fast leaves nothing to be missed: so fast that no steady response can be had from it, or
@@ -261,7 +262,7 @@ impl BaseModel<'_> {
                 (said.verdict == DiagnosisVerdict::Unknown).then(|| by_times(TRANSIENT_MISFIT))
             }
             Some(sweep) => lag_explains(sweep, self.fitter.rotor, readings)?.then(|| by_times(UNSTEADY)),
-            None if said.candidate_fits || said.mistake.is_some() => None,
+            None if said.candidate_fits || said.mistake.is_some() || !said.together.is_empty() => None,
             None => Beats::of(readings, noise).map(|beats| (TooFast::Beats, beats.words().into())),
         })
     }

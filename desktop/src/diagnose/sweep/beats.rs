@@ -43,9 +43,9 @@ const WIDTHS: [f64; 6] = [0.003, 0.006, 0.012, 0.025, 0.05, 0.1];
 
 /// Free vibration beside the forced one.
 pub struct Beats {
-    /// Of the largest amplitude.
+    /// Speed of the largest amplitude.
     pub peak_rpm: f64,
-    /// How fast the speed changed.
+    /// Rate at which the speed changed.
     pub rate_rpm_s: f64,
     /// Twice the logarithm of the odds against another resonance in place of beats.
     evidence: f64,
@@ -63,8 +63,12 @@ impl Beats {
 
     /// The clearest beats of all runs that come without times; `None` where no run beats.
     pub fn of(readings: &[Reading], noise: &Noise) -> Option<Self> {
-        let mut runs: Vec<&Option<String>> = readings.iter().map(|r| &r.run).collect();
-        runs.dedup();
+        let mut runs: Vec<&Option<String>> = Vec::new();
+        for reading in readings {
+            if !runs.contains(&&reading.run) {
+                runs.push(&reading.run);
+            }
+        }
         let of_run = |run: &Option<String>| {
             let own: Vec<&Reading> = readings.iter().filter(|r| r.run == *run).collect();
             if own.iter().any(|r| r.time_d.is_some()) {
@@ -79,11 +83,11 @@ impl Beats {
     }
 }
 
-/// The readings of a run on one side of its peak.
+/// What a run shows on one side of its peak.
 struct Side {
     peak_rad_s: f64,
     /// Distance of each reading from the peak, rad/s.
-    beyond: Vec<f64>,
+    beyond_rad_s: Vec<f64>,
     /// 1 above the peak, −1 below it.
     sense: f64,
     /// Number of readings that were measured there.
@@ -97,7 +101,7 @@ struct Vibration {
     /// Powers of e from the resonance to the last reading.
     decay: f64,
     /// How far the resonance lies before the peak, rad/s.
-    before: f64,
+    before_rad_s: f64,
 }
 
 /// What a probe shows there, without what a smooth forced response can follow, and with the weight of each reading.
@@ -126,25 +130,25 @@ impl Side {
         let (measured, count) = (side.len(), side.len().min(MOST));
         let side: Vec<(f64, &Reading)> =
             (0..count).map(|k| side[k * (side.len() - 1) / (count - 1)]).collect();
-        let beyond: Vec<f64> = side.iter().map(|(d, _)| *d).collect();
+        let beyond_rad_s: Vec<f64> = side.iter().map(|(d, _)| *d).collect();
         let count = side[0].1.probes.len();
         let probe = |p: usize| {
             let shown: Vec<Option<C>> = side.iter().map(|(_, r)| r.probes[p]).collect();
-            (shown.iter().flatten().count() >= FEWEST).then(|| ProbeSide::new(&shown, &beyond, noise))
+            (shown.iter().flatten().count() >= FEWEST).then(|| ProbeSide::new(&shown, &beyond_rad_s, noise))
         };
         let probes: Vec<ProbeSide> = (0..count).filter_map(probe).collect();
-        (!probes.is_empty()).then_some(Self { peak_rad_s, beyond, sense, measured, probes })
+        (!probes.is_empty()).then_some(Self { peak_rad_s, beyond_rad_s, sense, measured, probes })
     }
 
     /// Squares that are left beside the smooth response and this pattern.
     fn left_beside(&self, pattern: impl Fn(f64) -> C) -> f64 {
-        let pattern: Vec<C> = self.beyond.iter().map(|d| pattern(*d)).collect();
+        let pattern: Vec<C> = self.beyond_rad_s.iter().map(|d| pattern(*d)).collect();
         self.probes.iter().map(|probe| probe.left_beside(&pattern)).sum()
     }
 
     /// Beats, if they explain these readings beyond doubt better than another resonance does.
     fn beats(&self) -> Option<Beats> {
-        let last = *self.beyond.last()?;
+        let last = *self.beyond_rad_s.last()?;
         let values: usize =
             self.probes.iter().map(|p| 2 * p.left.iter().filter(|y| **y != C::from(0.0)).count()).sum();
         let resonance = (0..=RESONANCES)
@@ -164,7 +168,7 @@ impl Side {
 
     /// The rate at which the machine turns once between one of the readings and the next: a reading takes no less.
     fn fastest_rad_s2(&self) -> f64 {
-        let [first, last] = [self.beyond[0], self.beyond[self.beyond.len() - 1]];
+        let [first, last] = [self.beyond_rad_s[0], self.beyond_rad_s[self.beyond_rad_s.len() - 1]];
         let square = |beyond: f64| (self.peak_rad_s + self.sense * beyond).powi(2);
         let angle_by_rate = (square(last) - square(first)).abs() / 2.0;
         RATE_MARGIN * angle_by_rate / (2.0 * PI * (self.measured - 1) as f64)
@@ -172,14 +176,14 @@ impl Side {
 
     /// Free vibrations that these readings could show.
     fn vibrations(&self) -> impl Iterator<Item = Vibration> {
-        let (count, last) = (self.beyond.len(), self.beyond[self.beyond.len() - 1]);
+        let (count, last) = (self.beyond_rad_s.len(), self.beyond_rad_s[self.beyond_rad_s.len() - 1]);
         let fastest = self.fastest_rad_s2();
         let of_beats = move |(decay, beats): (f64, f64)| {
             (0..=BEFORE_PEAK).map(move |step| {
                 let roots = STEP_BEFORE_PEAK * step as f64;
                 // (last + roots √α)² = 4πα beats
                 let root = last / ((4.0 * PI * beats).sqrt() - roots);
-                Vibration { rate_rad_s2: root * root, decay, before: roots * root }
+                Vibration { rate_rad_s2: root * root, decay, before_rad_s: roots * root }
             })
         };
         let of_decay = move |decay: f64| {
@@ -193,11 +197,12 @@ impl Side {
         DECAYS.into_iter().flat_map(of_decay).flat_map(of_beats).filter(move |v| v.rate_rad_s2 <= fastest)
     }
 
+    /// Squares that are left beside the smooth response and this vibration.
     fn left_beside_vibration(&self, vibration: &Vibration) -> f64 {
-        let Vibration { rate_rad_s2, decay, before } = *vibration;
-        let length = self.beyond[self.beyond.len() - 1] + before;
+        let Vibration { rate_rad_s2, decay, before_rad_s } = *vibration;
+        let length = self.beyond_rad_s[self.beyond_rad_s.len() - 1] + before_rad_s;
         self.left_beside(|beyond| {
-            let from_resonance = beyond + before;
+            let from_resonance = beyond + before_rad_s;
             let phase = from_resonance * from_resonance / (2.0 * rate_rad_s2);
             C::from_polar((-decay * from_resonance / length).exp(), -self.sense * phase)
         })
@@ -205,20 +210,22 @@ impl Side {
 }
 
 impl ProbeSide {
-    fn new(shown: &[Option<C>], beyond: &[f64], noise: &Noise) -> Self {
+    fn new(shown: &[Option<C>], beyond_rad_s: &[f64], noise: &Noise) -> Self {
         let weights: Vec<f64> = shown.iter().map(|y| y.map_or(0.0, |y| noise.sigma_m(y).recip())).collect();
-        let last = beyond[beyond.len() - 1];
-        let smooth = DMatrix::from_fn(beyond.len(), POWERS + 2, |i, j| {
-            let power = if j <= POWERS { (beyond[i] / last).powi(j as i32) } else { last / beyond[i] };
+        let last = beyond_rad_s[beyond_rad_s.len() - 1];
+        let smooth = DMatrix::from_fn(beyond_rad_s.len(), POWERS + 2, |i, j| {
+            let power =
+                if j <= POWERS { (beyond_rad_s[i] / last).powi(j as i32) } else { last / beyond_rad_s[i] };
             C::from(weights[i] * power)
         });
         let smooth = smooth.qr().q();
         let all = shown.iter().zip(&weights).map(|(y, weight)| y.unwrap_or_default() * *weight);
-        let all = DVector::from_iterator(beyond.len(), all);
+        let all = DVector::from_iterator(beyond_rad_s.len(), all);
         let left = &all - &smooth * smooth.ad_mul(&all);
         Self { weights, smooth, left }
     }
 
+    /// Squares that are left beside the smooth response and as much of this pattern as fits best.
     fn left_beside(&self, pattern: &[C]) -> f64 {
         let weighted = pattern.iter().zip(&self.weights).map(|(y, weight)| y * *weight);
         let mut pattern = DVector::from_iterator(self.weights.len(), weighted);
