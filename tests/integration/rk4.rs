@@ -264,7 +264,7 @@ mod slow {
         let (rotor, readings) = rig();
         let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).filter(|run| *run != BASE).collect();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-        for _ in 0..12 {
+        for _ in 0..6 {
             let drawn = draw(&names, 2, &mut random);
             let some = knowing(&rotor, |run| drawn.contains(run));
             let three: Vec<Reading> = readings
@@ -285,7 +285,7 @@ mod slow {
         let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).collect();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
         let mut named = 0;
-        for count in 3..=20 {
+        for count in (3..=20).step_by(2) {
             let drawn = draw(&names, count, &mut random);
             let (some, readings) = part(&drawn);
             let found = diagnose(&some, &readings).unwrap();
@@ -293,7 +293,7 @@ mod slow {
             assert!(found.bad_probe.as_deref().is_none_or(|probe| probe == "P1X"), "{drawn:?}");
             named += usize::from(found.bad_probe.is_some());
         }
-        assert!(named > 9, "{named} of 18");
+        assert!(named > 4, "{named} of 9");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::answer::{EffectPlan, FurtherMeasurement};
 use super::campaign::Campaign;
 use super::planned::PlannedModel;
-use super::power::{Outcome, outcome};
+use super::power::{Explained, Outcome, outcome};
 use super::strength::EffectState;
 use crate::diagnose::advice::{self, Measurement};
 use crate::diagnose::base::BaseModel;
@@ -99,7 +99,9 @@ impl Further {
             let (_, entry) = sizes.iter().find(|(p, _)| crate::diagnose::base::same(p, &placed))?;
             let state = stated(&with.scales, with.rotor, placed, entry);
             let change = planned.change(&with, &planned.forward(&with).ok()?, &state)?;
-            let outcome = outcome(planned, number, &planned.signal_beside_fit(&change)?, &[]);
+            let signal = planned.signal_beside_fit(&change)?;
+            let explained = Explained::of(planned, number, &signal);
+            let outcome = outcome(planned, number, &explained, &[]);
             Some((placed.label(with.rotor), outcome))
         };
         let looked: Vec<(String, Outcome)> =

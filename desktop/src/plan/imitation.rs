@@ -121,8 +121,53 @@ impl Candidate {
 /// Unknown causes as a diagnosis assumes them: a force or stiffness at some place that follows smooth functions of speed, a drawing
 /// that is off.
 pub struct UnknownCauses {
-    /// What each shows per unknown for a cause of unit size, in the noise of the readings as stated.
-    all: Vec<DMatrix<f64>>,
+    /// In the noise of the readings as stated.
+    all: Vec<UnknownCause>,
+}
+
+/// One of them, of unit size.
+struct UnknownCause {
+    /// What it shows along each independent direction of its unknowns, and how much that is.
+    shown: DMatrix<f64>,
+    sizes: Vec<f64>,
+}
+
+impl UnknownCause {
+    /// By what each of its unknowns shows. Those directions that rounding makes are left out.
+    fn of(response: &DMatrix<f64>) -> Self {
+        let nothing = || Self { shown: DMatrix::zeros(response.nrows(), 0), sizes: Vec::new() };
+        if response.is_empty() {
+            return nothing();
+        }
+        let eigen = hermitian(transposed_product(response, response));
+        let sizes = eigen.eigenvalues.map(|square| square.max(0.0).sqrt());
+        let largest = sizes.iter().copied().fold(0.0, f64::max);
+        if !largest.is_finite() || largest <= 0.0 {
+            return nothing();
+        }
+        let kept: Vec<usize> = (0..sizes.len()).filter(|k| sizes[*k] > LEAST_SIZE * largest).collect();
+        let shown = response * eigen.eigenvectors.select_columns(&kept);
+        Self { shown, sizes: kept.iter().map(|k| sizes[*k]).collect() }
+    }
+
+    /// Largest average gain with independent unknowns of one size, and how many of them the readings determine then.
+    fn best_size(&self, visible: &DVector<f64>) -> (f64, f64) {
+        let largest = self.sizes.iter().copied().fold(0.0, f64::max);
+        let along = self.shown.tr_mul(visible);
+        let [low, high] = SIZE_RANGE;
+        let at = |k: usize| {
+            let variance =
+                low * (high / low).powf(k as f64 / (SIZES - 1) as f64) * (1.0 + visible.norm_squared());
+            let (mut gain, mut determined) = (0.0, 0.0);
+            for (size, along) in self.sizes.iter().zip(along.iter()) {
+                let own = variance * (size / largest).powi(2);
+                gain += own / (1.0 + own) * ((along / size).powi(2) + 1.0) - own.ln_1p();
+                determined += own / (1.0 + own);
+            }
+            (gain, determined)
+        };
+        (0..SIZES).map(at).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
+    }
 }
 
 impl UnknownCauses {
@@ -135,14 +180,14 @@ impl UnknownCauses {
         let (drawing, fit) = &base.search;
         let assumptions = base.fitter.unknown_causes();
         let shown = base.fitter.shown(&base.hypothesis, fit, drawing, &assumptions)?;
-        Ok(Self { all: shown.into_iter().map(|s| planned.visible(s.response)).collect() })
+        Ok(Self { all: shown.into_iter().map(|s| UnknownCause::of(&planned.visible(s.response))).collect() })
     }
 
     /// Twice the average log evidence of an unknown cause over nothing but noise, where this is the signal.
     pub fn evidence(&self, noise: &PlannedNoise, visible: &DVector<f64>) -> f64 {
-        let of_one = |stated: &DMatrix<f64>| match noise.is_stated() {
-            true => best_size(stated, visible),
-            false => best_size(&noise.unfollowed(noise.of_stated(stated)), visible),
+        let of_one = |stated: &UnknownCause| match noise.is_stated() {
+            true => stated.best_size(visible),
+            false => UnknownCause::of(&noise.unfollowed(noise.of_stated(&stated.shown))).best_size(visible),
         };
         let fits: Vec<(f64, f64)> = self.all.iter().map(of_one).collect();
         let best = fits.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0));
@@ -150,34 +195,4 @@ impl UnknownCauses {
         let averaged = 2.0 * (weights / fits.len().max(1) as f64).max(f64::MIN_POSITIVE).ln();
         best.0 - noise.sizes.price_of_one(best.1) + averaged
     }
-}
-
-/// Largest average gain of a cause with independent unknowns of one size, and how many of them the readings determine then.
-fn best_size(response: &DMatrix<f64>, visible: &DVector<f64>) -> (f64, f64) {
-    if response.is_empty() {
-        return (0.0, 0.0);
-    }
-    let eigen = hermitian(transposed_product(response, response));
-    let sizes = eigen.eigenvalues.map(|square| square.max(0.0).sqrt());
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
-    if !largest.is_finite() || largest <= 0.0 {
-        return (0.0, 0.0);
-    }
-    // along orthonormal directions; those that rounding makes show nothing
-    let along = eigen.eigenvectors.tr_mul(&response.tr_mul(visible));
-    let seen =
-        along.zip_map(&sizes, |along, size| if size > LEAST_SIZE * largest { along / size } else { 0.0 });
-    let [low, high] = SIZE_RANGE;
-    let at = |k: usize| {
-        let variance =
-            low * (high / low).powf(k as f64 / (SIZES - 1) as f64) * (1.0 + visible.norm_squared());
-        let (mut gain, mut determined) = (0.0, 0.0);
-        for (size, seen) in sizes.iter().zip(seen.iter()) {
-            let own = variance * (size / largest).powi(2);
-            gain += own / (1.0 + own) * (seen * seen + 1.0) - own.ln_1p();
-            determined += own / (1.0 + own);
-        }
-        (gain, determined)
-    };
-    (0..SIZES).map(at).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
 }

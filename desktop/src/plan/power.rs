@@ -44,6 +44,39 @@ pub struct FittedRival {
     pub share: f64,
 }
 
+/// The signal of an effect as everything else explains it, before rivals are fitted.
+#[derive(Debug, Clone)]
+pub struct Explained {
+    sizes: Sizes,
+    /// Average cost of missing the effect, and the squared signal that it comes from.
+    loss: f64,
+    squared: f64,
+    /// Number of each other candidate, length of what it leaves, in noise units, and what that costs on average.
+    left: Vec<(usize, f64, f64)>,
+    /// Twice the average log evidence of an unknown cause over nothing but noise.
+    unknown: f64,
+}
+
+impl Explained {
+    /// Of the signal of a candidate.
+    pub fn of(planned: &PlannedModel, number: usize, signal: &Signal) -> Self {
+        let (visible, noise) = (&signal.visible, &*signal.noise);
+        let others = planned.candidates.iter().enumerate().filter(|(k, _)| *k != number);
+        let left = |(k, other): (usize, &Candidate)| {
+            let [by_fit, linear] = other.left(noise, [visible, &signal.linear]);
+            let left = if linear.norm_squared() < by_fit.norm_squared() { linear } else { by_fit };
+            (k, left.norm(), noise.loss(&left).max(0.0))
+        };
+        Self {
+            sizes: noise.sizes,
+            loss: noise.loss(visible).max(0.0),
+            squared: visible.norm_squared(),
+            left: others.map(left).collect(),
+            unknown: planned.unknown.evidence(noise, visible),
+        }
+    }
+}
+
 /// How a diagnosis of an effect ends.
 #[derive(Debug, Clone)]
 pub struct Outcome {
@@ -144,23 +177,19 @@ struct Contest {
 }
 
 impl Contest {
-    fn new(planned: &PlannedModel, number: usize, signal: &Signal, fitted: &[FittedRival]) -> Self {
-        let visible = &signal.visible;
+    fn new(planned: &PlannedModel, number: usize, explained: &Explained, fitted: &[FittedRival]) -> Self {
         let own = &planned.candidates[number];
         let places = planned.candidates.len().max(1) as f64;
         let degrees = own.unknowns as f64;
-        let noise = &*signal.noise;
-        let (loss, squared) = (noise.loss(visible).max(0.0), visible.norm_squared());
-        let others = planned.candidates.iter().enumerate().filter(|(k, _)| *k != number);
-        let other = |(k, other): (usize, &Candidate)| {
-            let [by_fit, linear] = other.left(noise, [visible, &signal.linear]);
-            let left = if linear.norm_squared() < by_fit.norm_squared() { linear } else { by_fit };
-            let share = fitted.iter().find(|f| f.candidate == k).map_or(1.0, |f| f.share);
-            let lost = share * noise.loss(&left).max(0.0);
+        let Explained { sizes, loss, squared, ref left, unknown } = *explained;
+        let other = |(k, left_sd, lost): &(usize, f64, f64)| {
+            let other = &planned.candidates[*k];
+            let share = fitted.iter().find(|f| f.candidate == *k).map_or(1.0, |f| f.share);
+            let lost = share * lost;
             let different = degrees + other.unknowns as f64 - 2.0 * own.common(other);
             Other {
-                candidate: Some(k),
-                left_sd: share.sqrt() * left.norm(),
+                candidate: Some(*k),
+                left_sd: share.sqrt() * left_sd,
                 lost,
                 less: lost + degrees - other.unknowns as f64,
                 variance: 4.0 * lost + 2.0 * different.max(0.0),
@@ -169,10 +198,9 @@ impl Contest {
                 hides_to: f64::NAN,
             }
         };
-        let others = others.map(other).collect();
-        let unknown = planned.unknown.evidence(noise, visible) + loss - squared + 2.0 * OUTSIDE.ln();
-        let weight = Weight::of(own, places);
-        Self { sizes: noise.sizes, weight, degrees, loss, squared, others, unknown }
+        let others = left.iter().map(other).collect();
+        let unknown = unknown + loss - squared + 2.0 * OUTSIDE.ln();
+        Self { sizes, weight: Weight::of(own, places), degrees, loss, squared, others, unknown }
     }
 
     fn average(&self) -> f64 {
@@ -223,9 +251,14 @@ impl Contest {
     }
 }
 
-/// How the diagnosis of a candidate ends that makes this signal, where some rivals were fitted.
-pub fn outcome(planned: &PlannedModel, number: usize, signal: &Signal, fitted: &[FittedRival]) -> Outcome {
-    let mut contest = Contest::new(planned, number, signal, fitted);
+/// How the diagnosis of a candidate ends whose signal is explained so, where some rivals were fitted.
+pub fn outcome(
+    planned: &PlannedModel,
+    number: usize,
+    explained: &Explained,
+    fitted: &[FittedRival],
+) -> Outcome {
+    let mut contest = Contest::new(planned, number, explained, fitted);
     let of_others: f64 = contest.others.iter().map(|o| (-o.lost / 8.0).exp()).sum();
     let alike = 1.0 + (-contest.loss / 8.0).exp() + of_others;
     let claimed = contest.claimed_from();

@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use super::answer::{EffectPlan, EffectSize, Imitation};
 use super::model::Signal;
 use super::planned::PlannedModel;
-use super::power::{FittedRival, Outcome, deviate, outcome};
+use super::power::{Explained, FittedRival, Outcome, deviate, outcome};
 use super::strength::EffectState;
 use crate::diagnose::rank::NONE_OF_THESE;
 use crate::fit::forward::ForwardModel;
@@ -60,6 +60,7 @@ pub struct EffectPath<'m, 'a> {
 struct Tried {
     strength: f64,
     change: f64,
+    explained: Explained,
     outcome: Outcome,
 }
 
@@ -126,8 +127,15 @@ impl<'m, 'a> EffectPath<'m, 'a> {
     }
 
     fn tried(&self, strength: f64, signal: &Signal) -> Tried {
-        let outcome = outcome(self.planned, self.number, signal, &self.fitted);
-        Tried { strength, change: signal.change, outcome }
+        let explained = Explained::of(self.planned, self.number, signal);
+        let outcome = outcome(self.planned, self.number, &explained, &self.fitted);
+        Tried { strength, change: signal.change, explained, outcome }
+    }
+
+    /// The same with the rivals that are fitted by now.
+    fn again(&self, tried: Tried) -> Tried {
+        let outcome = outcome(self.planned, self.number, &tried.explained, &self.fitted);
+        Tried { outcome, ..tried }
     }
 
     /// The strength that changes the readings by [`RELEVANT`], or by as much as it can.
@@ -284,9 +292,10 @@ pub fn effect(planned: &PlannedModel, number: usize, probability: f64, is_satura
     // what fitted rivals change is whether it is named alone, and what imitates it
     let again = |tried: Option<Tried>| {
         let before = tried?;
-        let mut tried = path.as_ref()?.at(before.strength)?;
-        tried.outcome.found = before.outcome.found;
-        tried.outcome.alone = tried.outcome.alone.min(before.outcome.found);
+        let found = before.outcome.found;
+        let mut tried = path.as_ref()?.again(before);
+        tried.outcome.found = found;
+        tried.outcome.alone = tried.outcome.alone.min(found);
         Some(tried)
     };
     let alone = smallest.as_ref().and_then(|_| found(&path, |outcome| outcome.alone));

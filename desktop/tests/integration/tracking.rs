@@ -349,7 +349,7 @@ mod slow {
     fn online_estimates_hold_and_event_is_known_within_days() {
         let quiet = Plan { days: 150, ..Plan::quiet(TURBINE, 800) };
         let harder = Change::Bearing { index: 1, stiffness: [1.6, 0.7], damping: [0.6, 1.3] };
-        let event = Plan { days: 150, ..with(COMPRESSOR, 801, 100, harder) };
+        let event = Plan { days: 110, ..with(COMPRESSOR, 801, 80, harder) };
         [quiet, event].into_par_iter().for_each(|plan| {
             let record = plan.make();
             let then = Judged::filtered(&plan, &record, 5).unwrap();

@@ -8,9 +8,9 @@ fn kit() -> String {
 
 #[test]
 fn plan_json_has_documented_keys() {
-    let plan = json(&rotor_edge(&["plan", &kit(), "--speeds", "500..4000:21", "--json"]));
+    let plan = json(&rotor_edge(&["plan", &kit(), "--speeds", "500..4000:9", "--json"]));
     let effects = plan["effects"].as_array().unwrap();
-    assert!(effects.len() > 20 && plan["readings"] == 21 * plan["runs"].as_array().unwrap().len().max(1));
+    assert!(effects.len() > 20 && plan["readings"] == 9 * plan["runs"].as_array().unwrap().len().max(1));
     for e in effects {
         assert!(e["effect"].is_string() && e["confused_with"].is_array(), "{e}");
         if e["smallest"].is_object() {
@@ -29,7 +29,7 @@ fn text_begins_with_the_answer_and_the_page_has_a_map() {
     let folder = tempfile::tempdir().unwrap();
     let report = folder.path().join("plan.html").display().to_string();
     let output =
-        rotor_edge(&["plan", &kit(), "--speeds", "500..4000:21", "--unbalance", "5", "--report", &report]);
+        rotor_edge(&["plan", &kit(), "--speeds", "500..4000:9", "--unbalance", "5", "--report", &report]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.starts_with("With these "), "{text}");
