@@ -1,6 +1,7 @@
 //! The smallest effect that is found.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 
 use nalgebra::DVector;
 
@@ -54,9 +55,12 @@ pub struct EffectPath<'m, 'a> {
     per_unit: Option<(DVector<f64>, Signal)>,
     /// Rivals that were fitted.
     fitted: Vec<FittedRival>,
+    /// Strengths that were tried with the model taken as linear.
+    rough: RefCell<Vec<Tried>>,
 }
 
 /// An effect of a strength with what becomes of it.
+#[derive(Clone)]
 struct Tried {
     strength: f64,
     change: f64,
@@ -67,7 +71,15 @@ struct Tried {
 impl<'m, 'a> EffectPath<'m, 'a> {
     fn new(planned: &'m PlannedModel<'a>, number: usize, with: &'m Hypothesis<'a>) -> Option<Self> {
         let forward = planned.forward(with).ok()?;
-        let mut path = Self { planned, number, with, forward, per_unit: None, fitted: Vec::new() };
+        let mut path = Self {
+            planned,
+            number,
+            with,
+            forward,
+            per_unit: None,
+            fitted: Vec::new(),
+            rough: RefCell::default(),
+        };
         let placed = planned.candidates[number].placed;
         if placed.effect.parameters(&with.scales).is_empty() {
             let change = planned.change(with, &path.forward, &path.state(1.0))?;
@@ -97,7 +109,16 @@ impl<'m, 'a> EffectPath<'m, 'a> {
 
     /// With the model taken as linear.
     fn roughly_at(&self, strength: f64) -> Option<Tried> {
-        Some(self.tried(strength, &self.signal(strength)?))
+        let mut rough = self.rough.borrow_mut();
+        // both searches climb the same ladder
+        let at = match rough.iter().position(|tried| tried.strength == strength) {
+            Some(at) => at,
+            None => {
+                rough.push(self.tried(strength, &self.signal(strength)?));
+                rough.len() - 1
+            }
+        };
+        Some(self.again(rough[at].clone()))
     }
 
     /// With the model fitted.

@@ -192,7 +192,9 @@ impl Sums {
 /// The scale that makes `squares / s² + 2 free ln s + (ln s)² / sd²` least, by Newton's method in ln s.
 fn scale_of(squares: f64, free: f64, stated_log_sd: f64) -> f64 {
     let (precision, most) = (stated_log_sd.powi(-2), BELIEVABLE * stated_log_sd);
-    let mut log = 0.0;
+    // what the data by themselves say is nearly right, if there are any: two or three steps from there
+    let of_data = 0.5 * (squares / free).ln();
+    let mut log = if of_data.is_nan() { 0.0 } else { of_data.clamp(-most, most) };
     for _ in 0..50 {
         let data = squares * f64::exp(-2.0 * log);
         let slope = -2.0 * data + 2.0 * free + 2.0 * precision * log;
