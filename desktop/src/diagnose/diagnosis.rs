@@ -11,10 +11,11 @@ use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
 use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
+use super::sets::{SearchReach, SetComparison};
 use super::sweep::beats::Beats;
 use super::sweep::{Sweep, fitted};
 use super::unknown::UnknownCauseFit;
-use super::verdict::{Conclusion, DiagnosisEvidence};
+use super::verdict::{Conclusion, DiagnosisEvidence, NEAREST_SETS};
 use super::{advice, checks, evidence, held_out, parameters, rank, runs};
 use crate::error::Error;
 use crate::fit::bearings::BearingParameter;
@@ -56,7 +57,9 @@ pub fn diagnose_telling(
     let noise = Noise::of(rotor, readings);
     let remarks = remarks_before(rotor, readings, noise)?;
     let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
-    fitted(&steady, readings, &noise, |base| Ok(examine(base, readings, noise, remarks)?.diagnosis))
+    fitted(&steady, readings, &noise, |base| {
+        Ok(examine(base, readings, noise, remarks, NEAREST_SETS)?.diagnosis)
+    })
 }
 
 /// What is odd in the files before any fit.
@@ -77,9 +80,12 @@ pub struct DiagnosisRun<'a> {
     pub base: BaseModel<'a>,
     /// `None` where the data determine no more than bearings and planes.
     pub weighed: Option<ModelComparison>,
+    /// What was found where several effects were looked for.
+    pub sets: Option<SetComparison<'a>>,
 }
 
-/// A diagnosis by the fit of a machine's file, as it was stated before any fit, to these readings.
+/// A diagnosis by the fit of a machine's file, as it was stated before any fit, to these readings; `reach` says how far to look for several
+/// effects where no single one is enough.
 ///
 /// # Errors
 /// As [`diagnose`].
@@ -88,17 +94,18 @@ pub fn examine<'a>(
     readings: &[Reading],
     noise: Noise,
     remarks: Vec<String>,
+    reach: SearchReach,
 ) -> Result<DiagnosisRun<'a>, Error> {
     let rotor = base.fitter.rotor;
     checks::not_reversed(&base, rotor, readings, &noise)?;
     let values = FittedValues::of(&base)?;
     if let Some(why) = rank::saturation(&base) {
         let diagnosis = base.undecidable(why, noise, remarks, values);
-        return Ok(DiagnosisRun { diagnosis, base, weighed: None });
+        return Ok(DiagnosisRun { diagnosis, base, weighed: None, sets: None });
     }
     let weighed = base.weighed(readings, &noise)?;
-    let diagnosis = base.decided(&weighed, readings, noise, remarks, values)?;
-    Ok(DiagnosisRun { diagnosis, base, weighed: Some(weighed) })
+    let (diagnosis, sets) = base.decided(&weighed, (readings, noise), remarks, values, reach)?;
+    Ok(DiagnosisRun { diagnosis, base, weighed: Some(weighed), sets })
 }
 
 /// Planes, bearings and drawing of the model as fitted.
@@ -132,7 +139,7 @@ pub fn unexplained_transient() -> (DiagnosisVerdict, String) {
 }
 
 /// A conclusion taken back for this reason.
-fn withdrawn(said: Conclusion, why: &str) -> Conclusion {
+fn withdrawn<'a>(said: Conclusion<'a>, why: &str) -> Conclusion<'a> {
     let (verdict, summary) = nothing_claimed(why);
     let together = Vec::new();
     Conclusion { verdict, summary, candidate_fits: false, bad_probe: None, mistake: None, together, ..said }
@@ -152,16 +159,17 @@ pub struct ModelComparison {
     pub ranking: Ranking,
 }
 
-impl BaseModel<'_> {
-    /// The answer where the data hold more than bearings and planes; `remarks` are those made so far.
+impl<'a> BaseModel<'a> {
+    /// The answer where the data hold more than bearings and planes, with the sets of effects that were looked for; `remarks` are those
+    /// made so far.
     fn decided(
         &self,
         weighed: &ModelComparison,
-        readings: &[Reading],
-        noise: Noise,
+        (readings, noise): (&[Reading], Noise),
         mut remarks: Vec<String>,
         FittedValues { determined, bearings, dimensions }: FittedValues,
-    ) -> Result<Diagnosis, Error> {
+        reach: SearchReach,
+    ) -> Result<(Diagnosis, Option<SetComparison<'a>>), Error> {
         let rotor = self.fitter.rotor;
         let ModelComparison { tried, unknown, mistaken, ranking } = weighed;
         let doubted = tried.first().filter(|_| ranking.nothing_missing < SURE);
@@ -176,6 +184,7 @@ impl BaseModel<'_> {
             unit: unit.as_ref(),
             held_out,
             determined: &determined,
+            reach,
         };
         let least = tried.iter().map(|t| self.relative_error(&t.fit)).fold(f64::INFINITY, f64::min);
         if evidence.mistake().is_none() {
@@ -206,7 +215,7 @@ impl BaseModel<'_> {
         // rivals explain the data about as well as the best
         let fitting = if said.candidate_fits { ranking.rivals.max(1) } else { 0 };
         let probable = tried.iter().zip(&ranking.probabilities).enumerate();
-        Ok(Diagnosis {
+        let diagnosis = Diagnosis {
             verdict,
             summary,
             error_before: self.relative_error(&self.fit),
@@ -229,17 +238,18 @@ impl BaseModel<'_> {
             bearings,
             dimensions,
             refuted,
-        })
+        };
+        Ok((diagnosis, said.sets))
     }
 
     /// The conclusion from this evidence, and what shows that a run changed speed too fast, where it was taken back for that.
     fn concluded(
         &self,
-        evidence: &DiagnosisEvidence,
+        evidence: &DiagnosisEvidence<'a, '_>,
         sweep: Option<&Sweep>,
         readings: &[Reading],
         noise: &Noise,
-    ) -> Result<(Conclusion, Option<TooFast>), Error> {
+    ) -> Result<(Conclusion<'a>, Option<TooFast>), Error> {
         let said = evidence.verdict()?;
         Ok(match self.too_fast(sweep, (readings, noise), &said, evidence.ranking)? {
             Some((shown_by, why)) => (withdrawn(said, &why), Some(shown_by)),

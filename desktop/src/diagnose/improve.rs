@@ -175,7 +175,7 @@ pub fn improve_telling(
     let at_first = remarks_before(&stated, readings, noise)?;
     let steady = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
     fitted(&steady, readings, &noise, |base| {
-        improved(rotor, examine(base, readings, noise, at_first)?, readings, progress)
+        improved(rotor, examine(base, readings, noise, at_first, REACH)?, readings, progress)
     })
 }
 
@@ -186,7 +186,7 @@ fn improved(
     readings: &[Reading],
     progress: impl FnMut(&ImprovementStep),
 ) -> Result<ImprovementOutcome, Error> {
-    let DiagnosisRun { diagnosis: at_start, base: start, weighed } = run;
+    let DiagnosisRun { diagnosis: at_start, base: start, weighed, sets } = run;
     let fitter = start.fitter;
     let mut outcome = ImprovementOutcome {
         rotor: rotor.clone(),
@@ -218,7 +218,7 @@ fn improved(
         outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
         return Ok(outcome);
     }
-    let together = together(&start, &tried, &unknown, REACH)?;
+    let together = sets.map_or_else(|| together(&start, &tried, &unknown, REACH), Ok)?;
     let outside = together.outside(1.0 - at_start.nothing_missing);
     let SetComparison { set, unknown_odds } = together;
     let Some(EffectSet { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {

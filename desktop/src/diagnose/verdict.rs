@@ -14,7 +14,9 @@ use crate::statistics::scatter::Scatter;
 use crate::statistics::significance::percent;
 
 /// How far to look whether known effects together explain the data: `improve` looks further.
-const REACH: SearchReach = SearchReach { width: 1, effects: 2 };
+pub const NEAREST_SETS: SearchReach = SearchReach { width: 1, effects: 2 };
+/// Effects that are told to explain the data together, at most.
+const MOST_TOGETHER: usize = 2;
 
 /// All fits and probabilities of a model.
 pub struct DiagnosisEvidence<'a, 'b> {
@@ -30,10 +32,12 @@ pub struct DiagnosisEvidence<'a, 'b> {
     pub held_out: Option<HeldOut>,
     /// Unbalances of the planes of the model.
     pub determined: &'b PlaneUnbalances,
+    /// How far to look for several effects where no single one is enough.
+    pub reach: SearchReach,
 }
 
 /// Verdict, summary, and the noise that the explanation leaves.
-pub struct Conclusion {
+pub struct Conclusion<'a> {
     pub verdict: DiagnosisVerdict,
     pub summary: String,
     pub scatter: Scatter,
@@ -47,13 +51,15 @@ pub struct Conclusion {
     pub mistake: Option<SuspectedMistake>,
     /// The effects that explain the data only together, if the summary names some.
     pub together: Vec<String>,
+    /// What was found where several effects were looked for.
+    pub sets: Option<SetComparison<'a>>,
 }
 
 impl<'a> DiagnosisEvidence<'a, '_> {
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn verdict(&self) -> Result<Conclusion, Error> {
+    pub fn verdict(&self) -> Result<Conclusion<'a>, Error> {
         let base = self.base;
         let scatter = base.drawing.scatter();
         let Ranking { nothing_missing, unknown, .. } = *self.ranking;
@@ -67,6 +73,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 bad_probe: None,
                 mistake: None,
                 together: Vec::new(),
+                sets: None,
             })
         };
         let say = |verdict, summary, scatter| conclude(verdict, summary, scatter, false);
@@ -176,13 +183,13 @@ impl<'a> DiagnosisEvidence<'a, '_> {
     }
 
     /// No single effect is enough: several together, or something that is not in the list.
-    fn several_or_unknown(&self) -> Result<Conclusion, Error> {
+    fn several_or_unknown(&self) -> Result<Conclusion<'a>, Error> {
         let base = self.base;
         let misfit = base.closest().chi2_per_value();
-        let together = together(base, self.tried, self.unknown, REACH)?;
-        let outside = together.outside(1.0 - self.ranking.nothing_missing);
-        let SetComparison { set, unknown_odds } = together;
-        if let Some(EffectSet { base: with, .. }) = set.filter(|set| set.added > 1 && unknown_odds < 1.0) {
+        let sets = together(base, self.tried, self.unknown, self.reach)?;
+        let outside = sets.outside(1.0 - self.ranking.nothing_missing);
+        let explains = |set: &&EffectSet| (2..=MOST_TOGETHER).contains(&set.added) && sets.unknown_odds < 1.0;
+        if let Some(EffectSet { base: with, .. }) = sets.set.as_ref().filter(explains) {
             let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
             let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
             let summary = format!(
@@ -199,6 +206,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 bad_probe: None,
                 mistake: None,
                 together: labels,
+                sets: Some(sets),
             });
         }
         let mut summary = format!(
@@ -220,6 +228,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             bad_probe: bad.map(|bad| bad.name),
             mistake: None,
             together: Vec::new(),
+            sets: Some(sets),
         })
     }
 }
