@@ -21,7 +21,6 @@ use crate::error::Error;
 use crate::fit::bearings::BearingParameter;
 use crate::fit::data::Data;
 use crate::fit::dimensions::FittedDimension;
-use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::progress::ProgressListener;
 use crate::fit::{Fit, Fitter};
 use crate::machine::drawing::{Noise, Rotor, Tolerance};
@@ -34,7 +33,7 @@ const UNSTEADY: &str = "A run changed speed too fast for a steady response, whic
 const TRANSIENT_MISFIT: &str = "A run changed speed too fast for a steady response. No known effect explains what its fit as a \
                                 transient leaves, which may be uneven speed between the readings or inexact times.";
 /// That nothing is missing, before there are data.
-const PRIOR: f64 = 0.5;
+pub const PRIOR: f64 = 0.5;
 
 /// Diagnoses a model against measurements.
 ///
@@ -110,9 +109,9 @@ pub fn examine<'a>(
 
 /// Planes, bearings and drawing of the model as fitted.
 pub struct FittedValues {
-    determined: PlaneUnbalances,
-    bearings: Vec<BearingParameter>,
-    dimensions: Vec<FittedDimension>,
+    pub determined: PlaneUnbalances,
+    pub bearings: Vec<BearingParameter>,
+    pub dimensions: Vec<FittedDimension>,
 }
 
 impl FittedValues {
@@ -316,65 +315,6 @@ impl<'a> BaseModel<'a> {
             weighed = ranking(Some(&mistaken));
         }
         Ok(ModelComparison { tried, unknown, mistaken, ranking: weighed })
-    }
-
-    /// The answer where bearings and planes alone use all degrees of freedom of the data: anything is possible.
-    pub fn undecidable(
-        &self,
-        why: String,
-        noise: Noise,
-        remarks: Vec<String>,
-        FittedValues { determined, bearings, dimensions }: FittedValues,
-    ) -> Diagnosis {
-        let rotor = self.fitter.rotor;
-        let possible = self.possible();
-        let advice = advice::between_typical(self, &possible, &noise);
-        let mut remarks = remarks;
-        remarks.extend(advice.is_empty().then(|| advice::another_kind(self)));
-        let error_before = self.relative_error(&self.fit);
-        // the prior, as the data add nothing to it
-        let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
-        let candidate = |a: &PlacedEffect| Candidate {
-            effect: a.effect.name(),
-            at: a.place.name(rotor).map(Cow::into_owned),
-            probability,
-            support: 0.0,
-            error_after: error_before,
-            chi2_per_value: self.closest().chi2_per_value(),
-            parameters: Vec::new(),
-            model_fits: false,
-            disqualified: None,
-            evidence: "nothing, these data cannot show it.".into(),
-            knowledge: a.effect.knowledge(),
-        };
-        Diagnosis {
-            verdict: DiagnosisVerdict::Undecided,
-            summary: [Some(format!("{why}.")), determined.alike()]
-                .into_iter()
-                .flatten()
-                .collect::<Vec<_>>()
-                .join(" "),
-            error_before,
-            chi2_per_value: self.closest().chi2_per_value(),
-            nothing_missing: PRIOR,
-            candidates: possible.iter().map(candidate).collect(),
-            indistinguishable: vec![possible.iter().map(|a| a.label(rotor)).collect()],
-            saturated: true,
-            too_fast: None,
-            bad_probe: None,
-            mistake: None,
-            together: Vec::new(),
-            held_out: None,
-            advice,
-            remarks,
-            noise,
-            scatter: self.drawing.scatter(),
-            unknown: None,
-            determined,
-            bearings,
-            dimensions,
-            refuted: Vec::new(),
-        }
     }
 
     /// The bearings of a fit with this covariance.

@@ -25,6 +25,7 @@ mod parameters;
 pub(crate) mod planes;
 pub(crate) mod rank;
 mod runs;
+mod saturated;
 mod screening;
 mod sets;
 mod sweep;
