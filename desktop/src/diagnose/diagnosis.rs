@@ -15,7 +15,7 @@ use super::sets::{SearchReach, SetComparison};
 use super::sweep::beats::Beats;
 use super::sweep::{Sweep, fitted};
 use super::unknown::UnknownCauseFit;
-use super::verdict::{Conclusion, DiagnosisEvidence, NEAREST_SETS};
+use super::verdict::{Conclusion, DiagnosisEvidence, REACH_OF_DIAGNOSIS};
 use super::{advice, checks, evidence, held_out, parameters, rank, runs};
 use crate::error::Error;
 use crate::fit::bearings::BearingParameter;
@@ -57,7 +57,7 @@ pub fn diagnose_telling(
     let remarks = remarks_before(rotor, readings, noise)?;
     let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
     fitted(&steady, readings, &noise, |base| {
-        Ok(examine(base, readings, noise, remarks, NEAREST_SETS)?.diagnosis)
+        Ok(examine(base, readings, noise, remarks, REACH_OF_DIAGNOSIS)?.diagnosis)
     })
 }
 
@@ -79,7 +79,7 @@ pub struct DiagnosisRun<'a> {
     pub base: BaseModel<'a>,
     /// `None` where the data determine no more than bearings and planes.
     pub weighed: Option<ModelComparison>,
-    /// What was found where several effects were looked for.
+    /// The sets of several effects, where the verdict needed a search for them.
     pub sets: Option<SetComparison<'a>>,
 }
 

@@ -13,10 +13,8 @@ use crate::error::Error;
 use crate::statistics::scatter::Scatter;
 use crate::statistics::significance::percent;
 
-/// How far to look whether known effects together explain the data: `improve` looks further.
-pub const NEAREST_SETS: SearchReach = SearchReach { width: 1, effects: 2 };
-/// Effects that are told to explain the data together, at most.
-const MOST_TOGETHER: usize = 2;
+/// How far `diagnose` looks for effects that explain the data together. `improve` looks further, and its first verdict names no larger set.
+pub const REACH_OF_DIAGNOSIS: SearchReach = SearchReach { width: 1, effects: 2 };
 
 /// All fits and probabilities of a model.
 pub struct DiagnosisEvidence<'a, 'b> {
@@ -51,7 +49,7 @@ pub struct Conclusion<'a> {
     pub mistake: Option<SuspectedMistake>,
     /// The effects that explain the data only together, if the summary names some.
     pub together: Vec<String>,
-    /// What was found where several effects were looked for.
+    /// The sets of several effects, where the verdict needed a search for them.
     pub sets: Option<SetComparison<'a>>,
 }
 
@@ -188,8 +186,10 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let misfit = base.closest().chi2_per_value();
         let sets = together(base, self.tried, self.unknown, self.reach)?;
         let outside = sets.outside(1.0 - self.ranking.nothing_missing);
-        let explains = |set: &&EffectSet| (2..=MOST_TOGETHER).contains(&set.added) && sets.unknown_odds < 1.0;
-        if let Some(EffectSet { base: with, .. }) = sets.set.as_ref().filter(explains) {
+        let is_named = |set: &&EffectSet| {
+            (2..=REACH_OF_DIAGNOSIS.effects).contains(&set.added) && sets.unknown_odds < 1.0
+        };
+        if let Some(EffectSet { base: with, .. }) = sets.set.as_ref().filter(is_named) {
             let all = &with.hypothesis.effects[base.hypothesis.effects.len()..];
             let labels: Vec<String> = all.iter().map(|a| a.label(base.fitter.rotor)).collect();
             let summary = format!(

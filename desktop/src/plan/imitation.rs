@@ -122,20 +122,21 @@ impl Candidate {
 /// that is off.
 pub struct UnknownCauses {
     /// In the noise of the readings as stated.
-    all: Vec<UnknownCause>,
+    all: Vec<CauseResponse>,
 }
 
-/// One of them, of unit size.
-struct UnknownCause {
-    /// What it shows along each independent direction of its unknowns, and how much that is.
-    shown: DMatrix<f64>,
+/// The readings' response to an unknown cause of unit size, in noise units.
+struct CauseResponse {
+    /// Response to each orthonormal combination of the unknowns, one a column; the columns are orthogonal.
+    columns: DMatrix<f64>,
+    /// Length of each column.
     sizes: Vec<f64>,
 }
 
-impl UnknownCause {
-    /// By what each of its unknowns shows. Those directions that rounding makes are left out.
+impl CauseResponse {
+    /// From the response to each unknown, one a column. Combinations whose response is a rounding error are left out.
     fn of(response: &DMatrix<f64>) -> Self {
-        let nothing = || Self { shown: DMatrix::zeros(response.nrows(), 0), sizes: Vec::new() };
+        let nothing = || Self { columns: DMatrix::zeros(response.nrows(), 0), sizes: Vec::new() };
         if response.is_empty() {
             return nothing();
         }
@@ -146,14 +147,14 @@ impl UnknownCause {
             return nothing();
         }
         let kept: Vec<usize> = (0..sizes.len()).filter(|k| sizes[*k] > LEAST_SIZE * largest).collect();
-        let shown = response * eigen.eigenvectors.select_columns(&kept);
-        Self { shown, sizes: kept.iter().map(|k| sizes[*k]).collect() }
+        let columns = response * eigen.eigenvectors.select_columns(&kept);
+        Self { columns, sizes: kept.iter().map(|k| sizes[*k]).collect() }
     }
 
     /// Largest average gain with independent unknowns of one size, and how many of them the readings determine then.
     fn best_size(&self, visible: &DVector<f64>) -> (f64, f64) {
         let largest = self.sizes.iter().copied().fold(0.0, f64::max);
-        let along = self.shown.tr_mul(visible);
+        let along = self.columns.tr_mul(visible);
         let [low, high] = SIZE_RANGE;
         let at = |k: usize| {
             let variance =
@@ -180,14 +181,16 @@ impl UnknownCauses {
         let (drawing, fit) = &base.search;
         let assumptions = base.fitter.unknown_causes();
         let shown = base.fitter.shown(&base.hypothesis, fit, drawing, &assumptions)?;
-        Ok(Self { all: shown.into_iter().map(|s| UnknownCause::of(&planned.visible(s.response))).collect() })
+        Ok(Self { all: shown.into_iter().map(|s| CauseResponse::of(&planned.visible(s.response))).collect() })
     }
 
     /// Twice the average log evidence of an unknown cause over nothing but noise, where this is the signal.
     pub fn evidence(&self, noise: &PlannedNoise, visible: &DVector<f64>) -> f64 {
-        let of_one = |stated: &UnknownCause| match noise.is_stated() {
+        let of_one = |stated: &CauseResponse| match noise.is_stated() {
             true => stated.best_size(visible),
-            false => UnknownCause::of(&noise.unfollowed(noise.of_stated(&stated.shown))).best_size(visible),
+            false => {
+                CauseResponse::of(&noise.unfollowed(noise.of_stated(&stated.columns))).best_size(visible)
+            }
         };
         let fits: Vec<(f64, f64)> = self.all.iter().map(of_one).collect();
         let best = fits.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0));

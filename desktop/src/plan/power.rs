@@ -44,6 +44,16 @@ pub struct FittedRival {
     pub share: f64,
 }
 
+/// What another candidate leaves of a signal.
+#[derive(Debug, Clone, Copy)]
+struct Remainder {
+    /// Number of the candidate.
+    candidate: usize,
+    /// Its length, in noise units, and its average cost.
+    left_sd: f64,
+    lost: f64,
+}
+
 /// The signal of an effect as everything else explains it, before rivals are fitted.
 #[derive(Debug, Clone)]
 pub struct Explained {
@@ -51,8 +61,8 @@ pub struct Explained {
     /// Average cost of missing the effect, and the squared signal that it comes from.
     loss: f64,
     squared: f64,
-    /// Number of each other candidate, length of what it leaves, in noise units, and what that costs on average.
-    left: Vec<(usize, f64, f64)>,
+    /// Of every other candidate.
+    remainders: Vec<Remainder>,
     /// Twice the average log evidence of an unknown cause over nothing but noise.
     unknown: f64,
 }
@@ -62,16 +72,16 @@ impl Explained {
     pub fn of(planned: &PlannedModel, number: usize, signal: &Signal) -> Self {
         let (visible, noise) = (&signal.visible, &*signal.noise);
         let others = planned.candidates.iter().enumerate().filter(|(k, _)| *k != number);
-        let left = |(k, other): (usize, &Candidate)| {
+        let remainder = |(candidate, other): (usize, &Candidate)| {
             let [by_fit, linear] = other.left(noise, [visible, &signal.linear]);
             let left = if linear.norm_squared() < by_fit.norm_squared() { linear } else { by_fit };
-            (k, left.norm(), noise.loss(&left).max(0.0))
+            Remainder { candidate, left_sd: left.norm(), lost: noise.loss(&left).max(0.0) }
         };
         Self {
             sizes: noise.sizes,
             loss: noise.loss(visible).max(0.0),
             squared: visible.norm_squared(),
-            left: others.map(left).collect(),
+            remainders: others.map(remainder).collect(),
             unknown: planned.unknown.evidence(noise, visible),
         }
     }
@@ -181,14 +191,14 @@ impl Contest {
         let own = &planned.candidates[number];
         let places = planned.candidates.len().max(1) as f64;
         let degrees = own.unknowns as f64;
-        let Explained { sizes, loss, squared, ref left, unknown } = *explained;
-        let other = |(k, left_sd, lost): &(usize, f64, f64)| {
-            let other = &planned.candidates[*k];
-            let share = fitted.iter().find(|f| f.candidate == *k).map_or(1.0, |f| f.share);
+        let Explained { sizes, loss, squared, ref remainders, unknown } = *explained;
+        let other = |&Remainder { candidate, left_sd, lost }: &Remainder| {
+            let other = &planned.candidates[candidate];
+            let share = fitted.iter().find(|f| f.candidate == candidate).map_or(1.0, |f| f.share);
             let lost = share * lost;
             let different = degrees + other.unknowns as f64 - 2.0 * own.common(other);
             Other {
-                candidate: Some(*k),
+                candidate: Some(candidate),
                 left_sd: share.sqrt() * left_sd,
                 lost,
                 less: lost + degrees - other.unknowns as f64,
@@ -198,7 +208,7 @@ impl Contest {
                 hides_to: f64::NAN,
             }
         };
-        let others = left.iter().map(other).collect();
+        let others = remainders.iter().map(other).collect();
         let unknown = unknown + loss - squared + 2.0 * OUTSIDE.ln();
         Self { sizes, weight: Weight::of(own, places), degrees, loss, squared, others, unknown }
     }

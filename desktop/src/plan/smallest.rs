@@ -110,7 +110,7 @@ impl<'m, 'a> EffectPath<'m, 'a> {
     /// With the model taken as linear.
     fn roughly_at(&self, strength: f64) -> Option<Tried> {
         let mut rough = self.rough.borrow_mut();
-        // both searches climb the same ladder
+        // the searches for a size that is found and one that is named alone try the same strengths at first
         let at = match rough.iter().position(|tried| tried.strength == strength) {
             Some(at) => at,
             None => {

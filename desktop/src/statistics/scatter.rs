@@ -192,7 +192,7 @@ impl Sums {
 /// The scale that makes `squares / s² + 2 free ln s + (ln s)² / sd²` least, by Newton's method in ln s.
 fn scale_of(squares: f64, free: f64, stated_log_sd: f64) -> f64 {
     let (precision, most) = (stated_log_sd.powi(-2), BELIEVABLE * stated_log_sd);
-    // what the data by themselves say is nearly right, if there are any: two or three steps from there
+    // the scale that the data alone give is nearly right: two or three steps lead from there to the optimum
     let of_data = 0.5 * (squares / free).ln();
     let mut log = if of_data.is_nan() { 0.0 } else { of_data.clamp(-most, most) };
     for _ in 0..50 {
