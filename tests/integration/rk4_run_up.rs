@@ -5,6 +5,7 @@ use std::path::Path;
 use rotor_edge_desktop::check::critical::critical_speeds;
 use rotor_edge_desktop::check::system::System;
 use rotor_edge_desktop::diagnose::{TooFast, add, diagnose};
+use rotor_edge_desktop::identify::{PhaseOneConfig, beside_runup, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
@@ -46,6 +47,22 @@ fn rk4_run_up_is_fitted_as_transient_by_its_times() {
     readings.iter_mut().for_each(|r| r.time_d = None);
     let (_, steady) = fitted(&rotor, &readings);
     assert!(steady > 2.0 * transient, "{steady:.3} against {transient:.3}");
+}
+
+/// Beside days of a record, which have times of their own.
+#[test]
+fn phase_one_fits_rk4_run_up_as_transient_beside_days() {
+    let (rotor, runup) = run_up();
+    let days: Vec<Reading> = (runup.iter().take(3).zip(0..))
+        .map(|(reading, day)| Reading { time_d: Some(f64::from(day)), ..reading.clone() })
+        .collect();
+    let is_transient = |readings: &[Reading]| {
+        let found = identify(&rotor, readings, &PhaseOneConfig::default()).unwrap();
+        found.remarks.iter().any(|remark| remark.contains("fitted as that of a run-up"))
+    };
+    assert!(is_transient(&beside_runup(&rotor, &days, &runup)));
+    // as one run its times contradict each other
+    assert!(!is_transient(&[days, runup].concat()));
 }
 
 /// The source states 230 rpm a second.

@@ -92,7 +92,7 @@ fn fit_and<T>(
         let predicted_m = by_reading(readings, &base.fit.predicted_m);
         let fitted = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
         let sweep = Sweep::of(&fitted, readings, &noise);
-        remarks.extend(base.remark_on_sweep(readings, sweep.as_ref()));
+        remarks.extend(sweep::remark(&fitter.data, readings, sweep.as_ref()));
         if sweep.is_none() && !explains(&base.drawing.scatter(), &base) {
             remarks.extend(Beats::of(readings, &noise).map(|beats| beats.words()));
         }

@@ -13,7 +13,7 @@ use super::rank::Ranking;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{SearchReach, SetComparison};
 use super::sweep::beats::Beats;
-use super::sweep::{Sweep, fitted};
+use super::sweep::{self, Sweep, fitted};
 use super::unknown::UnknownCauseFit;
 use super::verdict::{Conclusion, DiagnosisEvidence, REACH_OF_DIAGNOSIS};
 use super::{advice, checks, evidence, held_out, parameters, rank, runs};
@@ -195,7 +195,7 @@ impl<'a> BaseModel<'a> {
         let (verdict, mut summary) = (said.verdict, said.summary);
         let alike = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined);
         summary += &alike.map_or_else(String::new, |alike| format!(" {alike}"));
-        remarks.extend(self.remark_on_sweep(readings, sweep.as_ref()));
+        remarks.extend(sweep::remark(&self.fitter.data, readings, sweep.as_ref()));
         remarks.extend(checks::far_below_noise(self));
         let is_of_machine = too_fast.is_none() && said.mistake.is_none();
         let asks = verdict == DiagnosisVerdict::Undecided && is_of_machine && said.together.is_empty();

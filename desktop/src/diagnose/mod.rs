@@ -28,7 +28,7 @@ mod runs;
 mod saturated;
 mod screening;
 mod sets;
-mod sweep;
+pub(crate) mod sweep;
 mod unknown;
 mod verdict;
 

@@ -131,6 +131,14 @@ pub fn fitted<T>(
     }
 }
 
+/// The data with those runs as transients that change speed too fast, as [`fitted`] takes them; `None` where all are steady.
+///
+/// # Errors
+/// If the machine is singular.
+pub fn transients(steady: &Fitter, readings: &[Reading], noise: &Noise) -> Result<Option<Data>, Error> {
+    BaseModel::fit(steady)?.transient(readings, noise)
+}
+
 impl BaseModel<'_> {
     /// The data with those runs as transients that change speed too fast for a steady response; `None` where the noise hides that, where
     /// it cannot be told from the times, and where it would not explain the data better.
@@ -165,21 +173,21 @@ impl BaseModel<'_> {
         let change = self.fitter.change_to(&longer, &self.hypothesis, &self.fit, &self.drawing)?;
         Ok(change <= SEEN * (2.0 * values).sqrt())
     }
+}
 
-    /// What is said of runs that change speed too fast, as they were fitted or could not be.
-    pub fn remark_on_sweep(&self, readings: &[Reading], sweep: Option<&Sweep>) -> Option<String> {
-        if !self.fitter.data.is_swept() {
-            return sweep.map(|sweep| sweep.remark.clone());
-        }
-        let below = sweep.map_or_else(String::new, |sweep| {
-            format!(" Below {:.1} rpm a second the noise hides the difference.", sweep.hidden_below_rpm_s)
-        });
-        Some(format!(
-            "The speed changes by up to {:.0} rpm a second, too fast for a steady response. The vibration is fitted as that of a \
-             run-up or run-down, by the times of the readings.{below}",
-            fastest_rpm_s(&rates_rad_s2(readings))
-        ))
+/// What is said of runs that change speed too fast, as these data of them were fitted or could not be.
+pub fn remark(data: &Data, readings: &[Reading], sweep: Option<&Sweep>) -> Option<String> {
+    if !data.is_swept() {
+        return sweep.map(|sweep| sweep.remark.clone());
     }
+    let below = sweep.map_or_else(String::new, |sweep| {
+        format!(" Below {:.1} rpm a second the noise hides the difference.", sweep.hidden_below_rpm_s)
+    });
+    Some(format!(
+        "The speed changes by up to {:.0} rpm a second, too fast for a steady response. The vibration is fitted as that of a \
+         run-up or run-down, by the times of the readings.{below}",
+        fastest_rpm_s(&rates_rad_s2(readings))
+    ))
 }
 
 /// The largest of these rates, rad/s², in rpm a second.

@@ -3,6 +3,7 @@
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::data::Amplitudes;
+use super::drawing_errors::DrawingErrors;
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 use super::{Drawing, Fit, Fitter, ShaftKind, singular};
@@ -27,6 +28,29 @@ impl Fitter<'_> {
         drawing: &Drawing,
     ) -> Result<Option<DMatrix<f64>>, Error> {
         Ok(self.at(hypothesis, fit, drawing)?.covariance())
+    }
+
+    /// What errors of the drawing do to an estimate that takes this drawing as exact: change of search coordinates, then of real and
+    /// imaginary parts of the linear unknowns, one error a column, for a standard deviation of it.
+    ///
+    /// Where the machine is `d` off its drawing, least squares find `θ + C Jᵀ D d` for `θ`, with the covariance `C`, the derivative `J`
+    /// by the parameters and `D` by the errors, in noise units.
+    ///
+    /// # Errors
+    /// If the machine is singular at the fit.
+    pub fn shifts_by_drawing(
+        &self,
+        hypothesis: &Hypothesis,
+        fit: &Fit,
+        drawing: &Drawing,
+    ) -> Result<DMatrix<f64>, Error> {
+        let problem = self.at(hypothesis, fit, drawing)?;
+        let shaft = self.shaft(&ShaftKind::of(&hypothesis.terms(&fit.x)));
+        let errors = DrawingErrors::new(self.rotor, shaft, &self.deviations, &drawing.deviation);
+        let mut by_error = problem.error_derivative(&errors).ok_or_else(singular)?;
+        drawing.whitening.apply(&mut by_error);
+        let covariance = problem.covariance().ok_or_else(singular)?;
+        Ok(covariance * problem.tangent().ok_or_else(singular)?.tr_mul(&by_error))
     }
 
     /// Change of every real number in noise units per search coordinate, and per real and imaginary part

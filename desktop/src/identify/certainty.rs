@@ -1,4 +1,4 @@
-//! How well phase II knows the unbalance: from the noise that the record shows, and from the bearings it takes as known.
+//! How well phase II knows the unbalance: from the noise that the record shows, and from the bearings and the drawing it takes as known.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -6,8 +6,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::decomposition::pseudo_inverse;
 use crate::error::Error;
-use crate::machine::bearings::Bearings;
+use crate::machine::bearings::{BearingUnknown, Bearings};
 use crate::machine::drawing::{Noise, Rotor};
+use crate::machine::tolerance::Deviations;
 use crate::measurement::Reading;
 use crate::model::{Model, Response};
 use crate::statistics::scatter::Predecessors;
@@ -19,6 +20,18 @@ type C = Complex<f64>;
 const ABSOLUTE: f64 = FRAC_PI_2;
 /// Step of a bearing's search coordinate, in standard deviations of its prior.
 const STEP: f64 = 0.01;
+/// Step of an error of the drawing, in its standard deviations.
+const DRAWING_STEP: f64 = 0.1;
+
+/// How far the model that phase II takes as known can be off.
+#[derive(Debug, Clone)]
+pub struct ModelUncertainty {
+    /// Covariance of the bearings' search coordinates that go with this drawing.
+    pub bearings: DMatrix<f64>,
+    /// What the drawing's errors do to them, one error a column in the order of [`Deviations`], for a standard deviation of it; no
+    /// columns where the drawing is exact.
+    pub shifts_by_drawing: DMatrix<f64>,
+}
 
 /// A reading, and the planes' unbalance that phase II found in it, kg·m.
 pub struct SolvedReading<'a> {
@@ -77,7 +90,8 @@ pub fn noise_scale(
 }
 
 /// Covariance of real and imaginary parts of the planes' unbalance in one reading, plane by plane, (kg·m)²; `scale` is the
-/// size of the noise over the stated one, `bearings` the covariance of the bearings' search coordinates where it is known.
+/// size of the noise over the stated one, `model` how far bearings and drawing can be off, where it is known. An error of the drawing
+/// acts twice: on this reading, and through the bearings that were found with it.
 /// Where the reading has fewer numbers than the planes there is none.
 ///
 /// # Errors
@@ -87,7 +101,7 @@ pub fn unbalance_covariance(
     found: &SolvedReading,
     noise: &Noise,
     scale: f64,
-    bearings: Option<&DMatrix<f64>>,
+    model: Option<&ModelUncertainty>,
 ) -> Result<Option<DMatrix<f64>>, Error> {
     let at = |rotor: &Rotor| -> Result<(DMatrix<f64>, DVector<f64>), Error> {
         Ok(found.system(&found.response(&Model::finite_elements(rotor))?, noise))
@@ -98,34 +112,60 @@ pub fn unbalance_covariance(
         return Ok(None);
     };
     let mut covariance = &inverse * (ABSOLUTE * scale * scale);
-    if let Some(of_bearings) = bearings {
-        let laws = Bearings::of(rotor);
+    if let Some(model) = model {
         let flat: Vec<f64> = found.unbalance_kg_m.iter().flat_map(|u| [u.re, u.im]).collect();
         let flat = DVector::from_vec(flat);
-        let mut slopes = DMatrix::zeros(columns.ncols(), laws.count());
-        for (i, unknown) in laws.unknowns().iter().enumerate() {
-            let step = STEP * unknown.law.prior_sd;
+        // the unbalance that is found in place of the true one, where the model is a step to either side of the machine
+        let slope = |moved: &dyn Fn(f64) -> Rotor, step: f64| {
+            let left = |by: f64| at(&moved(by)).map(|(columns, target)| target - columns * &flat);
+            let slope = (left(step)? - left(-step)?) / (2.0 * step);
+            Ok::<_, Error>(&inverse * columns.tr_mul(&slope))
+        };
+        let (laws, errors) = (Bearings::of(rotor), Deviations::of(rotor));
+        let bearing = |(i, unknown): (usize, &BearingUnknown)| {
             let moved = |by: f64| {
-                let mut x = laws.stated();
+                let (mut x, mut moved) = (laws.stated(), rotor.clone());
                 x[i] += by;
-                let mut rotor = rotor.clone();
-                laws.assign(&mut rotor, &x);
-                let (columns, target) = at(&rotor)?;
-                // what is left of the reading for the planes, less what they explain of it
-                Ok::<_, Error>(target - columns * &flat)
+                laws.assign(&mut moved, &x);
+                moved
             };
-            let slope = (moved(step)? - moved(-step)?) / (2.0 * step);
-            slopes.set_column(i, &(&inverse * columns.tr_mul(&slope)));
-        }
-        covariance += &slopes * of_bearings * slopes.transpose();
+            slope(&moved, STEP * unknown.law.prior_sd)
+        };
+        let by_bearings = joined(columns.ncols(), laws.unknowns().iter().enumerate().map(bearing))?;
+        let error = |i: usize| {
+            let moved = |by: f64| {
+                let mut moved = rotor.clone();
+                errors.build_into(
+                    &mut moved,
+                    &DVector::from_fn(errors.len(), |j, _| if j == i { by } else { 0.0 }),
+                );
+                moved
+            };
+            slope(&moved, DRAWING_STEP)
+        };
+        // the machine is off the drawing here, not the model off the machine
+        let by_drawing = -joined(columns.ncols(), (0..model.shifts_by_drawing.ncols()).map(error))?;
+        let by_drawing = by_drawing + &by_bearings * &model.shifts_by_drawing;
+        covariance += &by_bearings * &model.bearings * by_bearings.transpose();
+        covariance += &by_drawing * by_drawing.transpose();
     }
     Ok(Some(covariance))
+}
+
+/// A matrix of these columns, of which there may be none.
+fn joined(
+    rows: usize,
+    columns: impl Iterator<Item = Result<DVector<f64>, Error>>,
+) -> Result<DMatrix<f64>, Error> {
+    let all: Vec<DVector<f64>> = columns.collect::<Result<_, Error>>()?;
+    Ok(DMatrix::from_fn(rows, all.len(), |i, j| all[j][i]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::identify::least_residual;
+    use crate::machine::drawing::Tolerance;
     use crate::testing::sample_rotor;
     use rand::rngs::StdRng;
     use rand::{Rng, SeedableRng};
@@ -196,8 +236,40 @@ mod tests {
         let mut of_bearings = DMatrix::zeros(laws.count(), laws.count());
         of_bearings[(2, 2)] = off * off;
         let found = SolvedReading { reading: &reading, unbalance_kg_m: truth() };
+        let model = ModelUncertainty {
+            shifts_by_drawing: DMatrix::zeros(of_bearings.nrows(), 0),
+            bearings: of_bearings,
+        };
+        let covariance = unbalance_covariance(&rotor, &found, &NOISE, 0.0, Some(&model)).unwrap().unwrap();
+        let expected = &error * error.transpose();
+        assert!((&covariance - &expected).norm() < 0.02 * expected.norm(), "{covariance} {expected}");
+    }
+
+    #[test]
+    fn drawing_error_covariance_equals_direct_estimate_error() {
+        let modulus = Tolerance { modulus_relative: 1e-3, ..Tolerance::default() };
+        let drawn = Rotor { tolerance: Some(modulus), ..sample_rotor() };
+        let (errors, laws) = (Deviations::of(&drawn), Bearings::of(&drawn));
+        let mut built = drawn.clone();
+        errors.build_into(&mut built, &DVector::from_element(1, 1.0));
+        // a bearing that was found too stiff by half a percent, as the modulus is off
+        let mut shifts_by_drawing = DMatrix::zeros(laws.count(), 1);
+        shifts_by_drawing[(2, 0)] = 5e-3;
+        let (mut found_with, mut x) = (drawn.clone(), laws.stated());
+        x[2] += 5e-3;
+        laws.assign(&mut found_with, &x);
+        let reading = reading(&built, 0.0, &mut StdRng::seed_from_u64(1));
+        let shown = DVector::from_iterator(4, reading.probes.iter().flatten().copied());
+        let response = Model::finite_elements(&found_with).response(reading.speed_rad_s()).unwrap();
+        let estimate =
+            pseudo_inverse(response.per_unbalance.clone(), 1e-12).unwrap() * (shown - &response.fixed);
+        let error = &estimate - truth();
+        let error = DVector::from_vec(error.iter().flat_map(|u| [u.re, u.im]).collect());
+        let found = SolvedReading { reading: &reading, unbalance_kg_m: estimate };
+        let bearings = DMatrix::zeros(laws.count(), laws.count());
+        let model = ModelUncertainty { bearings, shifts_by_drawing };
         let covariance =
-            unbalance_covariance(&rotor, &found, &NOISE, 0.0, Some(&of_bearings)).unwrap().unwrap();
+            unbalance_covariance(&found_with, &found, &NOISE, 0.0, Some(&model)).unwrap().unwrap();
         let expected = &error * error.transpose();
         assert!((&covariance - &expected).norm() < 0.02 * expected.norm(), "{covariance} {expected}");
     }

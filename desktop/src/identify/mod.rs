@@ -12,6 +12,6 @@ mod swarm;
 mod tests;
 
 pub use crate::fit::bearings::{BearingParameter, Departure, Identifiability};
-pub use certainty::{SolvedReading, noise_scale, unbalance_covariance};
-pub use phase_one::{PhaseOne, PhaseOneConfig, identify};
+pub use certainty::{ModelUncertainty, SolvedReading, noise_scale, unbalance_covariance};
+pub use phase_one::{PhaseOne, PhaseOneConfig, beside_runup, identify};
 pub use phase_two::{LeastResidual, UnbalanceBounds, least_residual};

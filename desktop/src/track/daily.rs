@@ -15,7 +15,7 @@ use super::record::{self, Day};
 use super::step::Steps;
 use crate::error::{Error, TrackError};
 use crate::identify::{
-    BearingParameter, PhaseOne, PhaseOneConfig, UnbalanceBounds, identify, least_residual,
+    BearingParameter, PhaseOne, PhaseOneConfig, UnbalanceBounds, beside_runup, identify, least_residual,
 };
 use crate::machine::drawing::{Noise, Rotor};
 use crate::measurement::Reading;
@@ -315,8 +315,7 @@ fn start(rotor: &Rotor, record: &[Reading], runup: &[Reading], config: &Config) 
         Method::Joint => FIRST_READINGS,
         _ => 1,
     });
-    let readings: Vec<Reading> = first.chain(runup).cloned().collect();
-    identify(rotor, &readings, &phase_one_config(config))
+    identify(rotor, &beside_runup(rotor, first, runup), &phase_one_config(config))
 }
 
 /// Covariance of these numbers after phase I.

@@ -56,7 +56,9 @@ pub use joint::{
 use crate::error::Error;
 use crate::identify::PhaseOne;
 use crate::machine::drawing::Rotor;
+use crate::machine::tolerance::Deviations;
 use crate::measurement::{Condition, Reading};
+use crate::statistics::interval::HALF_95;
 use daily::Tracking;
 
 #[derive(Debug, Clone)]
@@ -139,6 +141,7 @@ pub fn track(
     let estimates = tracking.with_weights(run.estimates);
     let fixed = tracking.with_weights(fixed.estimates);
     let mut remarks = tracking.remarks;
+    remarks.extend(left_out_of_intervals(rotor, tracking.phase_one.as_ref()));
     if config.method != Method::Joint && !config.conditions.is_empty() {
         let columns: Vec<String> = config.conditions.iter().map(Condition::column).collect();
         remarks.push(format!(
@@ -170,4 +173,18 @@ pub fn track(
         joint,
         remarks,
     })
+}
+
+/// A sentence on errors of the drawing, which no estimate of a record allows for; `None` where the drawing is exact.
+fn left_out_of_intervals(rotor: &Rotor, phase_one: Option<&PhaseOne>) -> Option<String> {
+    if Deviations::of(rotor).is_empty() {
+        return None;
+    }
+    let by = phase_one.map_or_else(String::new, |found| {
+        let largest = found.unbalance_errors_by_drawing().into_iter().fold(0.0, f64::max);
+        format!(" by up to {:.0} % (95 %)", 100.0 * HALF_95 * largest)
+    });
+    Some(format!(
+        "The drawing counts as exact: its errors change the unbalance{by}, about the same on all days, and are in no interval."
+    ))
 }

@@ -21,6 +21,8 @@ pub struct Identification {
     pub amplitude_convention: &'static str,
     pub residual_ratio: f64,
     pub chi2_per_value: f64,
+    /// What was assumed, and what is odd in the data, one sentence each.
+    pub remarks: Vec<String>,
 }
 
 /// A coefficient of a bearing, or a parameter of its film or table, in the SI ``unit``.
@@ -114,6 +116,7 @@ impl From<&PhaseOne> for Identification {
             amplitude_convention: ZERO_TO_PEAK,
             residual_ratio: found.residual_ratio,
             chi2_per_value: found.chi2_per_value,
+            remarks: found.remarks.clone(),
         }
     }
 }

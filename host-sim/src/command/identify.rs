@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
 use clap::Args;
-use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, identify};
+use rotor_edge_desktop::identify::{PhaseOne, PhaseOneConfig, beside_runup, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::rotor_file;
@@ -101,7 +101,7 @@ pub fn phase_one(
     seed: u64,
     listener: Listener,
 ) -> Result<PhaseOne> {
-    let readings: Vec<Reading> = days.iter().copied().chain(runup.unwrap_or_default()).cloned().collect();
+    let readings = beside_runup(rotor, days.iter().copied(), runup.unwrap_or_default());
     let working = listener.spinner("phase I");
     let found = identify(rotor, &readings, &PhaseOneConfig { seed, ..PhaseOneConfig::default() });
     working.finish_and_clear();
@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
     let runup = arguments.runup.as_deref().map(|path| arguments.runout.read(path, &rotor)).transpose()?;
     let days = arguments.days.select(&record).with_context(|| arguments.record.display().to_string())?;
     let found = phase_one(&rotor, &days, runup.as_deref(), arguments.seed, listener)?;
-    let readings: Vec<Reading> = days.iter().copied().chain(runup.iter().flatten()).cloned().collect();
+    let readings = beside_runup(&rotor, days.iter().copied(), runup.as_deref().unwrap_or_default());
     output::model(&arguments.output, &found.rotor, &readings)?;
     let answer = Identification::from(&found);
     let next = arguments.next();

@@ -13,7 +13,10 @@ pub fn section(found: &Identification) -> Section {
     let adequate = found.determined.model_adequate;
     Section {
         heading: "Identified bearings and planes".into(),
-        paragraphs: findings::planes(&found.determined),
+        paragraphs: findings::planes(&found.determined)
+            .into_iter()
+            .chain(found.remarks.iter().cloned())
+            .collect(),
         tables: findings::bearings_table(&found.bearings, adequate).into_iter().collect(),
         ..Section::default()
     }
@@ -79,6 +82,7 @@ pub fn text(found: &Identification) -> String {
         found.residual_ratio * 100.0,
         found.chi2_per_value
     );
+    found.remarks.iter().for_each(|remark| text += &format!("  {remark}\n"));
     text += &findings::bearings_text(&found.bearings, found.determined.model_adequate);
     if found.bearings.iter().any(|p| p.origin == Identifiability::StayedAtStart) {
         text += "  Some parameters stayed at their start: these data do not determine them. A run-up can (--runup).\n";

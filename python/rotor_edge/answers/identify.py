@@ -49,6 +49,8 @@ class Identification(Answer):
     """What lengths in µm of the motion are: zero to peak."""
     residual_ratio: float
     chi2_per_value: float
+    remarks: tuple[str, ...]
+    """What was assumed, and what is odd in the data, one sentence each."""
     rotor: Rotor = field(kw_only=True)
     """The identified rotor."""
 

@@ -39,10 +39,10 @@ pub fn last(
     let noise = Noise::of(rotor, record);
     let fitted: Vec<SolvedReading> = answers.iter().filter(fits).map(found).collect();
     let scale = noise_scale(rotor, &deployment.desktop, &noise, &fitted)?;
-    let bearings = phase_one.map(PhaseOne::bearings_covariance);
+    let model = phase_one.map(PhaseOne::model_uncertainty);
     let newest = found(answer);
     let time_d = day(record, answer.row);
-    let Some(covariance) = unbalance_covariance(rotor, &newest, &noise, scale, bearings.as_ref())? else {
+    let Some(covariance) = unbalance_covariance(rotor, &newest, &noise, scale, model.as_ref())? else {
         let why = format!("the reading of day {time_d:.0} has fewer numbers than the planes have unknowns");
         return Ok(LastUnbalance::Unknown { why });
     };
@@ -54,7 +54,7 @@ pub fn last(
             true,
         ),
         noise_scale: scale,
-        with_bearings: bearings.is_some(),
+        with_bearings: model.is_some(),
         outdated: answers.last().is_some_and(|newest| !fits(&newest)),
     }))
 }
