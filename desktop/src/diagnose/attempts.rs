@@ -5,11 +5,11 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::base::{BaseModel, CandidateFit, explains};
-use super::screening::{Screening, leaves_no_more};
+use super::screening::{NoiseLimit, PRIOR_COST, Screening};
 use crate::effects::Place;
 use crate::error::Error;
-use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
-use crate::fit::{Drawing, Effort, Fit, starts_for};
+use crate::fit::hypothesis::PlacedEffect;
+use crate::fit::{Effort, Fit, starts_for};
 use crate::statistics::scatter::Scatter;
 use crate::statistics::significance::NEGLIGIBLE;
 
@@ -17,8 +17,29 @@ use crate::statistics::significance::NEGLIGIBLE;
 const REFINED: usize = 10;
 /// Further candidates, which the search around the drawing as stated passes over.
 const REFINED_ON_OWN_DRAWING: usize = 5;
+/// Candidates whose drawing errors are settled before all others.
+const SETTLED_FIRST: usize = 2;
 /// Candidates that are fitted to all of many readings.
 const LIKELY: usize = 16;
+
+/// The data as a candidate explains them.
+struct ExplainedData {
+    /// Evidence below which another candidate is beyond doubt less probable. Where none explains the data, noise that takes the rest for its
+    /// own can change all by as much.
+    least_evidence: f64,
+    /// Cost of data, bearings and drawing above which it is, whatever its noise.
+    most: f64,
+}
+
+impl ExplainedData {
+    fn by(t: &CandidateFit) -> Self {
+        let doubtful = -2.0 * NEGLIGIBLE.ln();
+        // with a noise of its own, whose logarithm counts, and half as much again for unknowns that it needs less of
+        let cost = t.fit.chi2 + PRIOR_COST * t.fit.x.len() as f64;
+        let most = cost * (2.0 * doubtful / t.fit.values as f64).exp();
+        Self { least_evidence: t.evidence - doubtful, most }
+    }
+}
 
 impl BaseModel<'_> {
     /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
@@ -53,9 +74,17 @@ impl BaseModel<'_> {
     /// # Errors
     /// If the machine is singular.
     pub fn leaves_only_noise(&self, noise: &Scatter) -> Result<bool, Error> {
-        let drawing = self.fitter.around_the_stated(&self.hypothesis, &self.search.1)?;
-        let start = std::slice::from_ref(&self.search.1.x);
-        Ok(self.leaves_no_more(&self.hypothesis, start, &drawing, noise))
+        let fit = &self.search.1;
+        let limit = self.noise_limit(noise)?;
+        let start = std::slice::from_ref(&fit.x);
+        Ok(limit.place_of_fit(self.fitter, &self.hypothesis, start, &fit.amplitudes).is_some())
+    }
+
+    /// The noise that a fit may leave, with errors of the drawing as far as they are linear around the stated one.
+    fn noise_limit(&self, noise: &Scatter) -> Result<NoiseLimit, Error> {
+        let fit = &self.search.1;
+        let drawing = self.fitter.around_the_stated(&self.hypothesis, fit)?;
+        Ok(NoiseLimit::of(noise, self.fitter, fit, &drawing))
     }
 
     /// Whether a candidate exists beside which this model leaves no more than such noise, first on a part of the readings and then on all.
@@ -67,25 +96,14 @@ impl BaseModel<'_> {
         let Some(part) = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)? else {
             return Ok(true);
         };
-        let drawing = self.fitter.around_the_stated(&self.hypothesis, &self.search.1)?;
+        let (on_part, on_all) = (part.noise_limit(noise), self.noise_limit(noise)?);
         let can = |a: PlacedEffect| {
             let with = self.hypothesis.with(a);
-            let on_part = part.where_only_noise_is_left(&with, &self.starts(a), noise);
-            on_part.is_some_and(|x| self.leaves_no_more(&with, &[x], &drawing, noise))
+            let place = part.where_only_noise_is_left(&with, &self.starts(a), &on_part);
+            let on_all = |x| on_all.place_of_fit(self.fitter, &with, &[x], &self.search.1.amplitudes);
+            place.and_then(on_all).is_some()
         };
         Ok(self.possible().into_par_iter().any(can))
-    }
-
-    fn leaves_no_more(
-        &self,
-        with: &Hypothesis,
-        starts: &[Vec<f64>],
-        drawing: &Drawing,
-        noise: &Scatter,
-    ) -> bool {
-        let amplitudes = Some(&self.search.1.amplitudes);
-        let fit = self.fitter.fit(with, starts, drawing, Effort::Rough, amplitudes);
-        fit.is_ok_and(|fit| leaves_no_more(self.fitter, &fit, drawing, noise))
     }
 
     /// Fits of candidates; of many readings on a part first, and those of the `kept` that are worth most there on all. Those beyond
@@ -122,17 +140,16 @@ impl BaseModel<'_> {
         strongest_first(&mut tried);
         let mut many = REFINED.min(tried.len());
         self.fitter.progress.plan(many);
-        let mut least = self.on_own_drawings(&mut tried[..many])?;
-        if least.is_none_or(|least| least < 0.0) {
+        let mut explained = self.on_own_drawings(&mut tried[..many], None)?;
+        if explained.as_ref().is_none_or(|by| by.least_evidence < 0.0) {
             let further = self.likely_on_own_drawing(&mut tried[many..]);
             self.fitter.progress.plan(further);
-            let of_further = self.on_own_drawings(&mut tried[many..many + further])?;
-            least = least.into_iter().chain(of_further).reduce(f64::max);
+            explained = self.on_own_drawings(&mut tried[many..many + further], explained)?;
             many += further;
         }
         tried[..many].par_iter_mut().try_for_each(|t| {
             // the evidence of one that is beyond doubt less probable need not be exact
-            if least.is_none_or(|least| t.evidence > least) {
+            if explained.as_ref().is_none_or(|by| t.evidence > by.least_evidence) {
                 self.take_own_noise(t)?;
             }
             self.fitter.progress.step();
@@ -147,13 +164,33 @@ impl BaseModel<'_> {
         Ok(tried)
     }
 
-    /// Settles the drawing's errors together with each of these candidates. If the best of them explains the data, the evidence below which
-    /// another is beyond doubt less probable; where none explains them, noise that takes the rest for its own can change all by as much.
-    fn on_own_drawings(&self, tried: &mut [CandidateFit]) -> Result<Option<f64>, Error> {
+    /// Settles the drawing's errors together with each of these candidates, of which the likeliest come first. What the best of them, or one
+    /// that was settled before, makes of the data, if it explains them.
+    fn on_own_drawings(
+        &self,
+        tried: &mut [CandidateFit],
+        before: Option<ExplainedData>,
+    ) -> Result<Option<ExplainedData>, Error> {
+        // of an exact drawing nothing is settled that would be worth ending early
+        let first = if self.fitter.drawing_is_exact() { tried.len() } else { SETTLED_FIRST.min(tried.len()) };
+        let (first, rest) = tried.split_at_mut(first);
+        let first = self.on_own_drawings_below(first, before)?;
+        self.on_own_drawings_below(rest, first)
+    }
+
+    /// The same, where those that will not come near what explains the data already are left at what they have.
+    fn on_own_drawings_below(
+        &self,
+        tried: &mut [CandidateFit],
+        before: Option<ExplainedData>,
+    ) -> Result<Option<ExplainedData>, Error> {
+        let most = before.as_ref().map_or(f64::INFINITY, |by| by.most);
         let noise: Result<Vec<Scatter>, Error> =
-            tried.par_iter_mut().map(|t| self.take_own_drawing(t)).collect();
+            tried.par_iter_mut().map(|t| self.take_own_drawing(t, most)).collect();
         let best = tried.iter().zip(noise?).max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
-        Ok(best.filter(|(_, noise)| explains(noise, self)).map(|(t, _)| t.evidence + 2.0 * NEGLIGIBLE.ln()))
+        let best = best.filter(|(_, noise)| explains(noise, self)).map(|(t, _)| ExplainedData::by(t));
+        let all = best.into_iter().chain(before);
+        Ok(all.max_by(|a, b| a.least_evidence.total_cmp(&b.least_evidence)))
     }
 
     /// The model can fit far better on the drawing errors of its own optimum than around the stated drawing. The search around the stated
@@ -281,14 +318,15 @@ impl BaseModel<'_> {
     }
 
     fn settled(&self, mut t: CandidateFit) -> Result<CandidateFit, Error> {
-        self.take_own_drawing(&mut t)?;
+        self.take_own_drawing(&mut t, f64::INFINITY)?;
         self.take_own_noise(&mut t)?;
         self.finish(&mut t)?;
         Ok(t)
     }
 
-    /// Settles drawing errors together with a candidate; its evidence is then that under the noise which it leaves, which is returned.
-    fn take_own_drawing(&self, t: &mut CandidateFit) -> Result<Scatter, Error> {
+    /// Settles drawing errors together with a candidate; its evidence is then that under the noise which it leaves, which is returned. A
+    /// candidate that will not come below this cost is left at what it has.
+    fn take_own_drawing(&self, t: &mut CandidateFit, most: f64) -> Result<Scatter, Error> {
         let with = self.hypothesis.with(t.placed);
         let (fit, own) = if self.fitter.drawing_is_exact() {
             let start = [t.fit.x.clone()];
@@ -296,7 +334,7 @@ impl BaseModel<'_> {
             let amplitudes = Some(&t.fit.amplitudes);
             (self.fitter.fit(&with, &start, &drawing, Effort::Search, amplitudes)?, drawing)
         } else {
-            self.fitter.on_common_optimum(&with, &t.fit, t.drawing(self), Effort::Search)?
+            self.fitter.on_common_optimum_below(most, &with, &t.fit, t.drawing(self), Effort::Search)?
         };
         let (noise, cost) = self.fitter.own_scatter(&fit, &own);
         // of no size at all, an effect costs nothing

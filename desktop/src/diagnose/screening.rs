@@ -4,7 +4,8 @@
 //! nearly the same of where its parameters are. So they are sought on a part of the readings that holds every run; from there the
 //! fit to all takes a few steps.
 
-use crate::compare::upper_tail;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
 use crate::error::Error;
 use crate::fit::data::Amplitudes;
 use crate::fit::hypothesis::Hypothesis;
@@ -17,6 +18,8 @@ const ENOUGH_FOR_UNKNOWN: usize = 20;
 /// Readings that are enough for a first look at mistakes in the files, which change all readings by more than an effect does: eight
 /// speeds of four runs, each with several real numbers for one unknown size.
 pub const ENOUGH_FOR_MISTAKES: usize = 32;
+/// What the prior of a search coordinate costs at most where a fit is any good: at three standard deviations.
+pub const PRIOR_COST: f64 = 9.0;
 /// Readings of a run that are taken at least, where it has as many.
 const LEAST_OF_RUN: usize = 2;
 
@@ -55,37 +58,75 @@ impl<'a> Screening<'a> {
     /// # Errors
     /// If the machine is singular from every start.
     pub fn best(&self, with: &Hypothesis, starts: &[Vec<f64>]) -> Result<(Vec<f64>, f64), Error> {
-        let fit = self.fit(with, starts)?;
+        let amplitudes = Some(&self.amplitudes);
+        let fit = self.fitter.fit(with, starts, &self.drawing, Effort::Rough, amplitudes)?;
         let evidence = self.fitter.evidence(&self.base, &fit);
         Ok((fit.x, evidence))
     }
 
+    /// The noise that a fit on this part may leave.
+    pub fn noise_limit(&self, noise: &Scatter) -> NoiseLimit {
+        NoiseLimit::of(noise, &self.fitter, &self.base, &self.drawing)
+    }
+
     /// Where a model with a candidate fits best, search coordinates, from these starts; `None` if it leaves more than such noise on this part.
-    /// A fit to all readings leaves no less on it. `None`, too, where the machine is singular from every start.
+    /// A fit to all readings leaves no less on it.
     pub fn where_only_noise_is_left(
         &self,
         with: &Hypothesis,
         starts: &[Vec<f64>],
-        noise: &Scatter,
+        noise: &NoiseLimit,
     ) -> Option<Vec<f64>> {
-        let fit = self.fit(with, starts).ok()?;
-        leaves_no_more(&self.fitter, &fit, &self.drawing, noise).then_some(fit.x)
-    }
-
-    fn fit(&self, with: &Hypothesis, starts: &[Vec<f64>]) -> Result<Fit, Error> {
-        self.fitter.fit(with, starts, &self.drawing, Effort::Rough, Some(&self.amplitudes))
+        noise.place_of_fit(&self.fitter, with, starts, &self.amplitudes)
     }
 }
 
-/// Whether the residuals of a fit are no larger than such noise, by χ² with a chance of [`NEGLIGIBLE`] to be wrong. Noise below the stated one
-/// counts as the stated one.
+/// A noise that a fit may leave and no more, by χ² with a chance of [`NEGLIGIBLE`] to be wrong. Noise below the stated one counts as the stated
+/// one.
+pub struct NoiseLimit {
+    /// The drawing in that noise.
+    drawing: Drawing,
+    most_chi2: f64,
+}
+
+impl NoiseLimit {
+    /// On a drawing, where this is a fit of the model.
+    pub fn of(noise: &Scatter, fitter: &Fitter, fit: &Fit, drawing: &Drawing) -> Self {
+        let most_chi2 = most_chi2(fit.values, noise);
+        Self { drawing: fitter.drawing_in_noise(drawing, fit, at_least_stated(noise)), most_chi2 }
+    }
+
+    /// Where a hypothesis fits best from these starts, search coordinates; `None` if it leaves more, or the machine is singular there.
+    pub fn place_of_fit(
+        &self,
+        fitter: &Fitter,
+        with: &Hypothesis,
+        starts: &[Vec<f64>],
+        amplitudes: &Amplitudes,
+    ) -> Option<Vec<f64>> {
+        let most = self.most_chi2 + PRIOR_COST * with.size() as f64;
+        let fit = fitter.fit_below(most, with, starts, &self.drawing, Effort::Rough, Some(amplitudes));
+        fit.ok().filter(|fit| fit.chi2 <= self.most_chi2).map(|fit| fit.x)
+    }
+}
+
+/// Whether a fit leaves no more than such noise, as [`NoiseLimit`] has it.
 pub fn leaves_no_more(fitter: &Fitter, fit: &Fit, drawing: &Drawing, noise: &Scatter) -> bool {
-    // values that go along with their neighbours scatter like fewer that do not
+    fitter.chi2_under(fit, drawing, at_least_stated(noise)) <= most_chi2(fit.values, noise)
+}
+
+/// White noise of this size, or of the stated one if that is larger.
+fn at_least_stated(noise: &Scatter) -> Scatter {
+    Scatter { scale: noise.scale.max(1.0), correlation: 0.0, ..*noise }
+}
+
+/// The largest χ² of so many real numbers of such noise in units of white noise. Values that go along with their neighbours scatter like fewer that
+/// do not.
+fn most_chi2(values: usize, noise: &Scatter) -> f64 {
     let square = noise.correlation.powi(2);
     let share = (1.0 - square) / (1.0 + square);
-    let white = Scatter { scale: noise.scale.max(1.0), correlation: 0.0, ..*noise };
-    let chi2 = fitter.chi2_under(fit, drawing, white);
-    upper_tail(share * chi2, (share * fit.values as f64).ceil() as usize) >= NEGLIGIBLE
+    let law = ChiSquared::new((share * values as f64).ceil());
+    law.map_or(f64::INFINITY, |law| law.inverse_cdf(1.0 - NEGLIGIBLE) / share)
 }
 
 /// Readings that are enough for a first look at candidates beside a model.
@@ -147,7 +188,7 @@ mod tests {
             assert_eq!(leaves_no_more(&fitter, &fit, &drawing, &asked), expected, "{noise:?} {asked:?}");
             let part =
                 Screening::beside(&fitter, &model, &fit).unwrap().expect("a part of two hundred readings");
-            let found = part.where_only_noise_is_left(&model, &start, &asked);
+            let found = part.where_only_noise_is_left(&model, &start, &part.noise_limit(&asked));
             assert_eq!(found.is_some(), expected, "{noise:?} {asked:?}");
         }
     }

@@ -106,6 +106,9 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             return say(DiagnosisVerdict::Undecided, why, left);
         }
         if let Some(group) = self.ranking.groups.first() {
+            if let Some(why) = self.some_probe(group) {
+                return conclude(DiagnosisVerdict::Undecided, why, left, true);
+            }
             let others: Vec<&String> = group.iter().filter(|other| **other != label).collect();
             let from = match others[..] {
                 [other] if other == NONE_OF_THESE => "a cause outside the list".into(),
@@ -119,6 +122,16 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let why = best.missing_in_words(base, self.ranking.probabilities[0]);
         let said = conclude(DiagnosisVerdict::Missing, why, left, true)?;
         Ok(Conclusion { bad_probe: best.probe(base), ..said })
+    }
+
+    /// The sentence on candidates that are all faults of probes; `None` where one of them is of the machine.
+    fn some_probe(&self, labels: &[String]) -> Option<String> {
+        let words = |label: &String| {
+            let of_label = |t: &&CandidateFit| t.placed.label(self.base.fitter.rotor) == *label;
+            self.tried.iter().find(of_label)?.misreading(self.base)
+        };
+        let words: Vec<String> = labels.iter().map(words).collect::<Option<_>>()?;
+        Some(format!("A probe is off, and the data cannot tell which. {}.", words.join(", or: ")))
     }
 
     /// Verdict and summary where noise alone may be what is left.

@@ -41,7 +41,8 @@ impl Effect for ProbeCalibration {
 
     fn misreading(&self, rotor: &Rotor, place: Place, parameters: &[f64]) -> Option<String> {
         let &[gain, phase_rad] = parameters else { return None };
-        let off_deg = Complex::from_polar(1.0, phase_rad).arg().to_degrees();
+        // no "-0°"
+        let off_deg = Complex::from_polar(1.0, phase_rad).arg().to_degrees().round() + 0.0;
         Some(format!(
             "Probe {} does not show what the others do: gain {gain:.2}, {off_deg:.0}° off",
             place.name(rotor)?

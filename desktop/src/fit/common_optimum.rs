@@ -33,7 +33,7 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
     ) -> Result<Drawing, Error> {
-        Ok(self.common_optimum(hypothesis, fit, drawing)?.1)
+        Ok(self.common_optimum(f64::INFINITY, hypothesis, fit, drawing)?.1)
     }
 
     /// The drawing as stated, its errors allowed for as far as they are linear around a fit: where to look for
@@ -62,7 +62,23 @@ impl Fitter<'_> {
         drawing: &Drawing,
         effort: Effort,
     ) -> Result<(Fit, Drawing), Error> {
-        let (x, settled) = self.common_optimum(hypothesis, fit, drawing)?;
+        self.on_common_optimum_below(f64::INFINITY, hypothesis, fit, drawing, effort)
+    }
+
+    /// The same for somebody who wants no fit above this cost of data, bearings and drawing: a search that will not come below it ends
+    /// early, at what it has.
+    ///
+    /// # Errors
+    /// If the machine is singular at the fit.
+    pub fn on_common_optimum_below(
+        &self,
+        most: f64,
+        hypothesis: &Hypothesis,
+        fit: &Fit,
+        drawing: &Drawing,
+        effort: Effort,
+    ) -> Result<(Fit, Drawing), Error> {
+        let (x, settled) = self.common_optimum(most, hypothesis, fit, drawing)?;
         let fit = self.fit(hypothesis, &[x], &settled, effort, Some(&fit.amplitudes))?;
         Ok((fit, settled))
     }
@@ -100,6 +116,7 @@ impl Fitter<'_> {
 
     fn common_optimum(
         &self,
+        most: f64,
         hypothesis: &Hypothesis,
         fit: &Fit,
         drawing: &Drawing,
@@ -127,7 +144,7 @@ impl Fitter<'_> {
             .collect();
         let lowest = visits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
         (best.at, best.now) = (lowest.1, lowest.2);
-        descend(&mut best, COMMON);
+        descend(&mut best, COMMON.below(most));
         Ok((best.parts().0, best.linear()?))
     }
 }

@@ -26,6 +26,8 @@ pub struct Stop {
     /// Change of the sum of squares, absolute, that ends it. If the residuals are in standard deviations, the foreseen change is an
     /// upper bound of the squared distance of each unknown from the optimum, in its own standard deviations.
     pub least_gain: f64,
+    /// What the sum of squares has to come down to: the search ends where it will not.
+    pub most: f64,
     /// Damping of the first step, of the largest curvature seen: less where the sum is nearly quadratic from the start on.
     pub damping: f64,
 }
@@ -33,12 +35,17 @@ pub struct Stop {
 impl Stop {
     /// From anywhere.
     pub const fn after(steps: usize, tolerance: f64) -> Self {
-        Self { steps, tolerance, least_gain: 0.0, damping: FIRST_DAMPING }
+        Self { steps, tolerance, least_gain: 0.0, most: f64::INFINITY, damping: FIRST_DAMPING }
     }
 
     /// The search ends where the distance of each unknown from the optimum is below 1.4 % of its standard deviation.
     pub const fn in_standard_deviations(self) -> Self {
         Self { least_gain: 2e-4, ..self }
+    }
+
+    /// For somebody who wants no sum of squares above this: a search that will not come below it ends early, at what it has.
+    pub const fn below(self, most: f64) -> Self {
+        Self { most, ..self }
     }
 
     /// From next to the optimum, where directions of little curvature are to be followed at once.
@@ -55,6 +62,9 @@ impl Stop {
 const FIRST_DAMPING: f64 = 1e-3;
 const NEARBY_DAMPING: f64 = 1e-6;
 const LEAST_DAMPING: f64 = 1e-12;
+/// What a search can gain at most, in gains that its equations foresee for all of the way: where it follows a curved valley, it foresees
+/// a part of it at a time.
+const FURTHEST: f64 = 10.0;
 const MOST_DAMPING: f64 = 1e12;
 /// Growth of the damping until a step is short enough.
 const GROWTH: f64 = 2.0;
@@ -79,6 +89,9 @@ pub fn descend(objective: &mut (impl Objective + ?Sized), stop: Stop) {
         }
         let Some((gram, slope)) = objective.normal_equations() else { return };
         curvature.zip_apply(&gram.diagonal(), |most, now| *most = most.max(now));
+        if value > stop.most && !can_gain(value - stop.most, (&gram, &slope), &curvature) {
+            return;
+        }
         let from = objective.position();
         let taken = step(objective, &from, value, (&gram, &slope), &curvature, &mut damping, &stop);
         if !taken {
@@ -89,6 +102,22 @@ pub fn descend(objective: &mut (impl Objective + ?Sized), stop: Stop) {
             return;
         }
     }
+}
+
+/// Whether a search that sees these equations can gain so much.
+fn can_gain(gain: f64, (gram, slope): (&DMatrix<f64>, &DVector<f64>), curvature: &DVector<f64>) -> bool {
+    damped(gram, curvature, NEARBY_DAMPING)
+        .cholesky()
+        .is_none_or(|factor| FURTHEST * slope.dot(&factor.solve(slope)) >= gain)
+}
+
+fn damped(gram: &DMatrix<f64>, curvature: &DVector<f64>, damping: f64) -> DMatrix<f64> {
+    let mut damped = gram.clone();
+    for (i, c) in curvature.iter().enumerate() {
+        // an unknown that nothing depends on stays
+        damped[(i, i)] += damping * c + if *c == 0.0 { 1.0 } else { 0.0 };
+    }
+    damped
 }
 
 /// Tries shorter and shorter steps until one is worth taking; `false`, and back where it was, if none is
@@ -104,12 +133,7 @@ fn step<L: Objective + ?Sized>(
 ) -> bool {
     let (mut longest, mut moved) = (f64::INFINITY, false);
     while *damping < MOST_DAMPING {
-        let mut damped = gram.clone();
-        for (i, c) in curvature.iter().enumerate() {
-            // an unknown that nothing depends on stays
-            damped[(i, i)] += *damping * c + if *c == 0.0 { 1.0 } else { 0.0 };
-        }
-        if let Some(factor) = damped.cholesky() {
+        if let Some(factor) = damped(gram, curvature, *damping).cholesky() {
             let wanted = -factor.solve(slope);
             let step = wanted.map(|s| s.clamp(-LONGEST, LONGEST));
             let length = length(&step, curvature);
@@ -186,6 +210,41 @@ mod tests {
         let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 7.0]));
         descend(&mut valley, Stop::after(60, 1e-14));
         assert!((valley.0 - DVector::from_vec(vec![1.0, 1.0, 7.0])).amax() < 1e-6);
+    }
+
+    #[test]
+    fn search_that_will_not_come_low_enough_ends_early() {
+        /// A parabola with its lowest point ten above zero, and how often it was looked at.
+        struct Parabola(DVector<f64>, usize);
+
+        impl Objective for Parabola {
+            fn position(&self) -> DVector<f64> {
+                self.0.clone()
+            }
+
+            fn move_to(&mut self, x: &DVector<f64>) {
+                (self.0, self.1) = (x.clone(), self.1 + 1);
+            }
+
+            fn value(&self) -> f64 {
+                self.0.norm_squared() + 10.0
+            }
+
+            fn normal_equations(&mut self) -> Option<(DMatrix<f64>, DVector<f64>)> {
+                Some((DMatrix::identity(1, 1), self.0.clone()))
+            }
+        }
+
+        // from one it foresees a gain of one: at eleven, ten times that lead to one
+        for (most, looks) in [(0.9, 0), (1.1, 1)] {
+            let mut parabola = Parabola(DVector::from_element(1, 1.0), 0);
+            descend(&mut parabola, Stop::after(1, 0.0).below(most));
+            assert_eq!(parabola.1, looks, "{most}");
+        }
+        // a curved valley is followed to its end
+        let mut valley = Valley(DVector::from_vec(vec![-1.2, 1.0, 7.0]));
+        descend(&mut valley, Stop::after(60, 1e-14).below(0.1));
+        assert!(valley.value() < 1e-12, "{}", valley.value());
     }
 
     #[test]

@@ -332,6 +332,23 @@ impl<'a> Fitter<'a> {
         effort: Effort,
         amplitudes: Option<&Amplitudes>,
     ) -> Result<Fit, Error> {
+        self.fit_below(f64::INFINITY, hypothesis, starts, drawing, effort, amplitudes)
+    }
+
+    /// The same for somebody who wants no fit above this cost of the data: searches that will not come below it end early, at what
+    /// they have.
+    ///
+    /// # Errors
+    /// As [`Fitter::fit`].
+    pub fn fit_below(
+        &self,
+        most: f64,
+        hypothesis: &Hypothesis,
+        starts: &[Vec<f64>],
+        drawing: &Drawing,
+        effort: Effort,
+        amplitudes: Option<&Amplitudes>,
+    ) -> Result<Fit, Error> {
         let terms = hypothesis.terms(&starts[0]);
         let plant = self.plant_of(drawing, &ShaftKind::of(&terms))?;
         let nonlinear = terms.supports.iter().any(|(_, law)| law.depends_on_amplitude());
@@ -346,6 +363,8 @@ impl<'a> Fitter<'a> {
         };
         let until_settled = if rounds_at_most == 0 { STAY } else { SCOUT };
         let mut problem = self.problem(hypothesis, plant, amplitudes.as_ref(), &drawing.whitening);
+        // with other amplitudes a fit can come lower than its equations foresee
+        problem.most = if amplitudes.is_some() { f64::INFINITY } else { most };
         scout(&mut problem, starts, if effort == Effort::Glance { starts::GLANCE } else { starts::ALL });
         let mut relaxation = Relaxation::steady(AMPLITUDE_WEIGHT);
         let mut last_cost = f64::INFINITY;

@@ -52,6 +52,8 @@ pub struct Problem<'a> {
     pub(super) columns: Vec<ForceColumns>,
     pub(super) amplitudes: Option<Amplitudes>,
     whitening: &'a Whitening,
+    /// Searches that will not come below this cost end early.
+    pub(super) most: f64,
     x: DVector<f64>,
     now: Option<Evaluation>,
 }
@@ -146,6 +148,7 @@ impl<'a> Problem<'a> {
             // those of data with other rows are none
             amplitudes: amplitudes.filter(|all| all.len() == rows.len()).cloned(),
             whitening,
+            most: f64::INFINITY,
         };
         let drawn = Terms::drawn(rotor);
         problem.receptances = problem.receptances(&drawn);
@@ -301,7 +304,7 @@ impl Problem<'_> {
     }
 
     pub(super) fn descend(&mut self, stop: Stop) {
-        descend(self, stop);
+        descend(self, stop.below(self.most));
     }
 
     /// The linear unknowns there; `None` if the machine is singular.

@@ -59,6 +59,11 @@ impl Fitter<'_> {
         about.apply_with(&DMatrix::zeros(fit.weighted.len(), 0), &fit.weighted).1.norm_squared()
     }
 
+    /// A drawing in this noise, of which the scatter between runs is of what this fit predicts.
+    pub fn drawing_in_noise(&self, drawing: &Drawing, fit: &Fit, noise: Scatter) -> Drawing {
+        drawing.under(self.about(&drawing.whitening, fit).scattered(noise))
+    }
+
     /// Noise whose scatter between runs is of what this fit predicts.
     pub(super) fn about(&self, whitening: &Whitening, fit: &Fit) -> Whitening {
         whitening.about(RunErrors::new(&self.data.runs_and_sigmas(), &fit.predicted_m))

@@ -1,7 +1,7 @@
 //! A probe with a wrong gain: `diagnose` names it, and `improve --without` goes on without it.
 
 use super::Case;
-use crate::program::{assert_says, rotor_edge};
+use crate::program::{assert_says, json, rotor_edge};
 use rotor_edge_desktop::rotor_file;
 
 const ROTOR: &str = include_str!("../../../../tests/machines/ordinary/007-probe_calibration/rotor.toml");
@@ -18,4 +18,24 @@ fn bad_probe_is_named_and_left_out_next() {
     let written = rotor_file::read(case.new.as_ref()).unwrap();
     assert!(written.effect.is_empty(), "{:?}", written.effect);
     assert_eq!(written.unused.len(), 1);
+}
+
+#[test]
+fn two_probes_that_cannot_be_told_apart_are_both_named() {
+    let rotor = include_str!("../../../../tests/machines/ordinary/006-none/rotor.toml");
+    let case = Case::new(rotor, "");
+    let gain = ["--with", "probe_calibration@BX", "--set", "gain=1.2", "--set", "phase=0"];
+    // with this unbalance a gain of 1.2 in x shows nearly as one of 1 over 1.2 in y
+    let rest = ["--speeds", "600..4600:44", "--seed", "3", "--drawing-error", "3", "--force"];
+    let simulated = rotor_edge(&[&["simulate", &case.rotor, "-o", &case.data], &gain[..], &rest].concat());
+    assert!(simulated.status.success());
+    let found = json(&rotor_edge(&["diagnose", &case.rotor, &case.data, "--json"]));
+    assert_eq!(found["verdict"], "undecided");
+    let said = [
+        "A probe is off, and the data cannot tell which. Probe BX",
+        "gain 1.2",
+        ", or: Probe BY",
+        "gain 0.8",
+    ];
+    assert_says(found["summary"].as_str().unwrap(), &said);
 }
