@@ -27,14 +27,14 @@ struct ExplainedData {
     /// Evidence below which another candidate is beyond doubt less probable. Where none explains the data, noise that takes the rest for its
     /// own can change all by as much.
     least_evidence: f64,
-    /// Cost of data, bearings and drawing above which it is, whatever its noise.
+    /// Cost of data, bearings and drawing above which another candidate is that, whatever its noise.
     most: f64,
 }
 
 impl ExplainedData {
     fn by(t: &CandidateFit) -> Self {
         let doubtful = -2.0 * NEGLIGIBLE.ln();
-        // with a noise of its own, whose logarithm counts, and half as much again for unknowns that it needs less of
+        // under noise of its own size it is the logarithm of the cost that counts; twice as much, as it may need fewer unknowns
         let cost = t.fit.chi2 + PRIOR_COST * t.fit.x.len() as f64;
         let most = cost * (2.0 * doubtful / t.fit.values as f64).exp();
         Self { least_evidence: t.evidence - doubtful, most }
