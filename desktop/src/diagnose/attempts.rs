@@ -27,14 +27,14 @@ struct ExplainedData {
     /// Evidence below which another candidate is beyond doubt less probable. Where none explains the data, noise that takes the rest for its
     /// own can change all by as much.
     least_evidence: f64,
-    /// Cost of data, bearings and drawing above which another candidate is that, whatever its noise.
+    /// Cost of data, bearings and drawing above which another candidate is beyond doubt less probable, whatever its noise.
     most: f64,
 }
 
 impl ExplainedData {
     fn by(t: &CandidateFit) -> Self {
         let doubtful = -2.0 * NEGLIGIBLE.ln();
-        // under noise of its own size it is the logarithm of the cost that counts; twice as much, as it may need fewer unknowns
+        // a candidate whose noise is fitted too is judged by the logarithm of its cost; the margin is doubled, as it may have fewer unknowns
         let cost = t.fit.chi2 + PRIOR_COST * t.fit.x.len() as f64;
         let most = cost * (2.0 * doubtful / t.fit.values as f64).exp();
         Self { least_evidence: t.evidence - doubtful, most }
@@ -178,7 +178,7 @@ impl BaseModel<'_> {
         self.on_own_drawings_below(rest, first)
     }
 
-    /// The same, where those that will not come near what explains the data already are left at what they have.
+    /// The same, where the search ends early for candidates that are beyond doubt less probable than the one before.
     fn on_own_drawings_below(
         &self,
         tried: &mut [CandidateFit],

@@ -62,8 +62,8 @@ impl Stop {
 const FIRST_DAMPING: f64 = 1e-3;
 const NEARBY_DAMPING: f64 = 1e-6;
 const LEAST_DAMPING: f64 = 1e-12;
-/// What a search can gain at most, in gains that its equations foresee for all of the way: where it follows a curved valley, it foresees
-/// a part of it at a time.
+/// Largest gain of a search, as a multiple of the gain that its normal equations foresee for the whole step: in a curved valley they foresee
+/// only a part of it.
 const FURTHEST: f64 = 10.0;
 const MOST_DAMPING: f64 = 1e12;
 /// Growth of the damping until a step is short enough.

@@ -30,8 +30,8 @@ impl Fitter<'_> {
         Ok(self.at(hypothesis, fit, drawing)?.covariance())
     }
 
-    /// What errors of the drawing do to an estimate that takes this drawing as exact: change of search coordinates, then of real and
-    /// imaginary parts of the linear unknowns, one error a column, for a standard deviation of it.
+    /// Errors of an estimate that takes this drawing as exact: the change of the search coordinates, then of the real and imaginary parts
+    /// of the linear unknowns, by one standard deviation of each error of the drawing, one error a column.
     ///
     /// Where the machine is `d` off its drawing, least squares find `θ + C Jᵀ D d` for `θ`, with the covariance `C`, the derivative `J`
     /// by the parameters and `D` by the errors, in noise units.

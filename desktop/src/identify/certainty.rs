@@ -28,8 +28,8 @@ const DRAWING_STEP: f64 = 0.1;
 pub struct ModelUncertainty {
     /// Covariance of the bearings' search coordinates that go with this drawing.
     pub bearings: DMatrix<f64>,
-    /// What the drawing's errors do to them, one error a column in the order of [`Deviations`], for a standard deviation of it; no
-    /// columns where the drawing is exact.
+    /// Change of these coordinates by one standard deviation of each error of the drawing, one error a column in the order of
+    /// [`Deviations`]; no columns where the drawing is exact.
     pub shifts_by_drawing: DMatrix<f64>,
 }
 

@@ -57,7 +57,8 @@ pub struct PhaseOne {
     /// Covariance of the bearings' search coordinates, then of real and imaginary parts of each plane's unbalance, kg·m, by the noise alone:
     /// of what goes with this drawing.
     pub covariance: DMatrix<f64>,
-    /// What the drawing's errors do to the same numbers, one error a column in the order of [`crate::machine::tolerance::Deviations`], for a standard deviation of it.
+    /// Change of the same numbers by one standard deviation of each error of the drawing, one error a column in the order of
+    /// [`crate::machine::tolerance::Deviations`].
     pub shifts_by_drawing: DMatrix<f64>,
     /// Whether noise explains what the identified rotor leaves of the readings, so that the intervals hold.
     pub model_fits: bool,
