@@ -188,3 +188,18 @@ fn left_out_of_intervals(rotor: &Rotor, phase_one: Option<&PhaseOne>) -> Option<
         "The drawing counts as exact: its errors change the unbalance{by}, about the same on all days, and are in no interval."
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::drawing::Tolerance;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn track_on_an_inexact_drawing_says_what_its_intervals_leave_out() {
+        let exact = Rotor { tolerance: Some(Tolerance::exact()), ..sample_rotor() };
+        assert_eq!(left_out_of_intervals(&exact, None), None);
+        let said = left_out_of_intervals(&Rotor { tolerance: None, ..sample_rotor() }, None).unwrap();
+        assert!(said.contains("its errors change the unbalance, about the same on all days"), "{said}");
+    }
+}
