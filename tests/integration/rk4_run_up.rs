@@ -2,14 +2,17 @@
 
 use std::path::Path;
 
+use nalgebra::Complex;
 use rotor_edge_desktop::check::critical::critical_speeds;
 use rotor_edge_desktop::check::system::System;
-use rotor_edge_desktop::diagnose::{TooFast, add, diagnose};
+use rotor_edge_desktop::diagnose::{TooFast, add, best_fit, diagnose};
 use rotor_edge_desktop::identify::{PhaseOneConfig, beside_runup, identify};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::units::{rad_s, rpm};
+
+type C = Complex<f64>;
 
 /// Largest misfit of the transient, of the peak, rms.
 const MISFIT_OF_PEAK: f64 = 0.10;
@@ -47,6 +50,25 @@ fn rk4_run_up_is_fitted_as_transient_by_its_times() {
     readings.iter_mut().for_each(|r| r.time_d = None);
     let (_, steady) = fitted(&rotor, &readings);
     assert!(steady > 2.0 * transient, "{steady:.3} against {transient:.3}");
+}
+
+/// The file that `add` writes is the model that it fitted, also where that remembers longer than the model before and where noise does
+/// not explain what is left.
+#[test]
+fn rk4_run_up_with_runout_added_fits_again_as_well() {
+    let (rotor, readings) = run_up();
+    let better = add(&rotor, &readings, "runout", None).unwrap();
+    let again = best_fit(&better.rotor, &readings).unwrap();
+    assert!(
+        again.remarks.iter().any(|remark| remark.contains("fitted as that of a run-up")),
+        "{:?}",
+        again.remarks
+    );
+    let [misfit, all] = [0.0, 1.0].map(|share| {
+        let left = |(r, p): (&Reading, &Vec<C>)| (r.probes[0].unwrap() - p[0] * (1.0 - share)).norm_sqr();
+        readings.iter().zip(&again.predicted_m).map(left).sum::<f64>().sqrt()
+    });
+    assert!(misfit / all < 1.05 * better.error_after, "{} after {}", misfit / all, better.error_after);
 }
 
 /// Beside days of a record, which have times of their own.

@@ -304,6 +304,7 @@ impl BaseModel<'_> {
             disqualified: None,
             own_drawing: None,
             is_settled: false,
+            in_stated_noise: None,
         })
     }
 
@@ -315,6 +316,17 @@ impl BaseModel<'_> {
         tried.extend(placed.special_cases().filter_map(|a| settled(a).ok()));
         self.seek_from_special_cases(&mut tried)?;
         Ok(tried.swap_remove(0))
+    }
+
+    /// A settled candidate with the fit that people see, and whether noise explains what it leaves.
+    pub fn as_shown(&self, mut t: CandidateFit) -> Result<(CandidateFit, bool), Error> {
+        let left = t.drawing(self).scatter();
+        let explained = explains(&left, self);
+        if let Some((fit, own)) = t.in_stated_noise.take().filter(|_| left.is_most_correlated()) {
+            (t.fit, t.own_drawing) = (fit, Some(own));
+            self.finish(&mut t)?;
+        }
+        Ok((t, explained))
     }
 
     fn settled(&self, mut t: CandidateFit) -> Result<CandidateFit, Error> {
@@ -349,7 +361,9 @@ impl BaseModel<'_> {
         let with = self.hypothesis.with(t.placed);
         let (fit, own) = self.fitter.under_own_scatter(&with, t.fit.clone(), t.drawing(self).as_it_is())?;
         t.evidence = self.fitter.evidence(&self.fit, &fit);
-        (t.fit, t.own_drawing, t.is_settled) = (fit, Some(Arc::new(own)), true);
+        let in_stated_noise = std::mem::replace(&mut t.fit, fit);
+        t.in_stated_noise = t.own_drawing.replace(Arc::new(own)).map(|before| (in_stated_noise, before));
+        t.is_settled = true;
         Ok(())
     }
 

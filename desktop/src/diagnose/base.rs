@@ -2,12 +2,17 @@
 
 use std::sync::Arc;
 
+use nalgebra::DVector;
+
+use super::as_file::as_file;
 use super::parameters;
-use crate::effects::{ALL, Effect, Place, entry};
+use crate::effects::{ALL, Effect, Place, Scales, entry};
 use crate::error::Error;
 use crate::fit::data::Data;
 use crate::fit::hypothesis::{Hypothesis, PlacedEffect};
 use crate::fit::{Drawing, Effort, Fit, Fitter};
+use crate::machine::bearings::Bearings;
+use crate::machine::drawing::Rotor;
 use crate::statistics::scatter::Scatter;
 
 /// A candidate with its fit.
@@ -23,11 +28,20 @@ pub struct CandidateFit {
     pub own_drawing: Option<Arc<Drawing>>,
     /// Whether noise and drawing's errors are both settled.
     pub is_settled: bool,
+    /// The fit on its drawing before its noise was settled.
+    pub in_stated_noise: Option<(Fit, Arc<Drawing>)>,
 }
 
 impl CandidateFit {
     pub fn drawing<'t>(&'t self, base: &'t BaseModel) -> &'t Drawing {
         self.own_drawing.as_deref().unwrap_or(&base.search.0)
+    }
+
+    /// The fit that people see, as [`BaseModel::shown`] has it.
+    pub fn shown(&self) -> &Fit {
+        let follows_nothing = self.own_drawing.as_ref().is_some_and(|own| own.scatter().is_most_correlated());
+        let before = self.in_stated_noise.as_ref().filter(|_| follows_nothing);
+        before.map_or(&self.fit, |(fit, _)| fit)
     }
 }
 
@@ -39,9 +53,40 @@ pub struct BaseModel<'a> {
     pub stated: usize,
     pub drawing: Arc<Drawing>,
     pub fit: Fit,
+    /// The fit in the noise as stated, and its drawing.
+    pub in_stated_noise: (Fit, Arc<Drawing>),
     /// Where candidates are searched: noise as stated, errors of the drawing taken as linear around the drawing as
     /// stated; for the most probable noise and errors of a model that lacks something make up for what it lacks.
     pub search: (Drawing, Fit),
+}
+
+/// A fitted model apart from what it was fitted with.
+pub struct FittedModel {
+    bearings: Arc<Bearings>,
+    scales: Scales,
+    effects: Vec<PlacedEffect>,
+    stated: usize,
+    drawing: Arc<Drawing>,
+    fit: Fit,
+    in_stated_noise: (Fit, Arc<Drawing>),
+    search: (Drawing, Fit),
+}
+
+impl From<BaseModel<'_>> for FittedModel {
+    fn from(base: BaseModel) -> Self {
+        let BaseModel { hypothesis, stated, drawing, fit, in_stated_noise, search, .. } = base;
+        let Hypothesis { bearings, scales, effects, .. } = hypothesis;
+        Self { bearings, scales, effects, stated, drawing, fit, in_stated_noise, search }
+    }
+}
+
+impl FittedModel {
+    /// The model again, by what it was fitted with.
+    pub fn of<'a>(self, fitter: &'a Fitter<'a>) -> BaseModel<'a> {
+        let Self { bearings, scales, effects, stated, drawing, fit, in_stated_noise, search } = self;
+        let hypothesis = Hypothesis { rotor: fitter.rotor, bearings, scales, effects };
+        BaseModel { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search }
+    }
 }
 
 /// The model of a file as a hypothesis: its effects refitted along with bearings and planes, but for those of runs that
@@ -91,8 +136,11 @@ impl<'a> SearchFit<'a> {
         let hypothesis = Hypothesis { scales: fitter.scales(None), ..hypothesis };
         let rough = fitter.fit(&hypothesis, starts, &exact, effort, Some(&fitter.still()))?;
         let hypothesis = Hypothesis { scales: fitter.scales(Some(&rough)), ..hypothesis };
-        let x =
-            rescaled(&Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() }, &hypothesis, &rough);
+        let x = rescaled(
+            &Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() },
+            &hypothesis,
+            &rough.x,
+        );
         let fit = fitter.fit(&hypothesis, &[x], &exact, effort, Some(&rough.amplitudes))?;
         let around = fitter.around_the_stated(&hypothesis, &fit)?;
         let start = [fit.x.clone()];
@@ -105,8 +153,11 @@ impl<'a> BaseModel<'a> {
     /// Fits the model of the file: bearings, planes and its effects' parameters.
     pub fn fit(fitter: &'a Fitter<'a>) -> Result<Self, Error> {
         let (hypothesis, starts) = of_file(fitter)?;
-        let stated = hypothesis.effects.len();
-        Self::fit_base(fitter, hypothesis, stated, starts)
+        let (stated, effects) = (hypothesis.effects.len(), &starts[0][hypothesis.bearings.count()..]);
+        let before = fitter.found_before.as_ref();
+        let before = before.map(|found| ([&found.bearings, effects].concat(), found.deviation.clone()));
+        let starts: Vec<Vec<f64>> = before.iter().map(|(x, _)| x).chain(&starts).cloned().collect();
+        Self::fit_base(fitter, hypothesis, stated, &starts, before)
     }
 
     /// The model of the file where the readings are its own: nothing has to be sought.
@@ -116,34 +167,40 @@ impl<'a> BaseModel<'a> {
         let SearchFit { hypothesis, fit, exact: drawing, around, there } =
             SearchFit::of(fitter, hypothesis, &[start], Effort::Search)?;
         let drawing = Arc::new(drawing);
-        Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
+        let in_stated_noise = (fit.clone(), drawing.clone());
+        Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
     }
 
-    /// Fits a hypothesis, of whose effects the file states the first so many, from these starts, taking the drawing's errors anew around each fit.
+    /// Fits a hypothesis, of whose effects the file states the first so many, from these starts in the scales of the file, taking the
+    /// drawing's errors anew around each fit; or from `before`, a start and errors of the drawing, where that explains the data better.
     pub fn fit_base(
         fitter: &'a Fitter<'a>,
         hypothesis: Hypothesis<'a>,
         stated: usize,
-        starts: impl AsRef<[Vec<f64>]>,
+        starts: &[Vec<f64>],
+        before: Option<(Vec<f64>, DVector<f64>)>,
     ) -> Result<Self, Error> {
+        let file = Hypothesis { scales: fitter.scales(None), ..hypothesis.clone() };
         let SearchFit { hypothesis, fit, exact: mut drawing, around, there } =
-            SearchFit::of(fitter, hypothesis, starts.as_ref(), Effort::Search)?;
+            SearchFit::of(fitter, hypothesis, starts, Effort::Search)?;
         let mut fit = fit;
         if !fitter.drawing_is_exact() {
-            (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search)?;
+            let before = before.map(|(x, deviation)| (rescaled(&file, &hypothesis, &x), deviation));
+            (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search, before)?;
         }
+        let in_stated_noise = (fit.clone(), Arc::new(drawing.as_it_is()));
         let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing)?;
         let drawing = Arc::new(drawing);
-        Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
+        Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
     }
 
     /// The model with a candidate: from the candidate's own fit where its drawing errors are settled already, else from the file.
     pub fn grown(&self, t: &CandidateFit) -> Result<Self, Error> {
         let (fitter, stated, with) = (self.fitter, self.stated, self.hypothesis.with(t.placed));
         let file = Hypothesis { scales: fitter.scales(None), ..with.clone() };
-        let starts = [rescaled(&with, &file, &t.fit)];
+        let starts = [rescaled(&with, &file, &t.fit.x)];
         let Some(own) = t.own_drawing.clone() else {
-            return Self::fit_base(fitter, with, stated, starts);
+            return Self::fit_base(fitter, with, stated, &starts, None);
         };
         let (mut fit, drawing) = if t.is_settled {
             (t.fit.clone(), own)
@@ -153,8 +210,9 @@ impl<'a> BaseModel<'a> {
         };
         let SearchFit { hypothesis, around, there, .. } =
             SearchFit::of(fitter, with.clone(), &starts, Effort::Search)?;
-        (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &fit), None);
-        Ok(Self { fitter, hypothesis, stated, drawing, fit, search: (around, there) })
+        (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &fit.x), None);
+        let in_stated_noise = (fit.clone(), drawing.clone());
+        Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
     }
 
     /// The model with a candidate at the fit of the search, which shows what further effects could explain: nothing is fitted anew.
@@ -164,6 +222,7 @@ impl<'a> BaseModel<'a> {
             fitter: self.fitter,
             hypothesis: self.hypothesis.with(t.placed),
             stated: self.stated,
+            in_stated_noise: (t.fit.clone(), drawing.clone()),
             drawing,
             fit: t.fit.clone(),
             search: (self.search.0.as_it_is(), t.fit.clone()),
@@ -220,10 +279,26 @@ impl<'a> BaseModel<'a> {
         Ok(self.beyond_physics(&self.hypothesis, &fit).is_none())
     }
 
+    /// The fit that people see, and its drawing: that under its own noise, unless this is as correlated as noise can be. Such noise takes
+    /// what the model lacks for its own, and the fit need not follow the readings any more.
+    pub fn shown(&self) -> (&Fit, &Arc<Drawing>) {
+        if self.drawing.scatter().is_most_correlated() {
+            return (&self.in_stated_noise.0, &self.in_stated_noise.1);
+        }
+        (&self.fit, &self.drawing)
+    }
+
+    /// The file of the fit that people see.
+    pub fn written(&self) -> Rotor {
+        let (fit, drawing) = self.shown();
+        self.fitter.corrected(as_file(&self.hypothesis, fit), fit, drawing)
+    }
+
     /// The model's fit by which people are told how far it is off: the one that is closer in noise as stated, for where
     /// something is missing the noise that is left is no measure.
     pub fn closest(&self) -> &Fit {
-        if self.fit.stated_chi2 <= self.search.1.stated_chi2 { &self.fit } else { &self.search.1 }
+        let shown = self.shown().0;
+        if shown.stated_chi2 <= self.search.1.stated_chi2 { shown } else { &self.search.1 }
     }
 
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).
@@ -250,9 +325,9 @@ pub fn same(a: &PlacedEffect, b: &PlacedEffect) -> bool {
     a.effect.name() == b.effect.name() && a.place == b.place
 }
 
-/// Search coordinates of a fit of `from` in the scales of `to`.
-fn rescaled(from: &Hypothesis, to: &Hypothesis, fit: &Fit) -> Vec<f64> {
-    let (bearings, effects) = fit.x.split_at(from.bearings.count());
+/// Search coordinates of `from` in the scales of `to`.
+fn rescaled(from: &Hypothesis, to: &Hypothesis, x: &[f64]) -> Vec<f64> {
+    let (bearings, effects) = x.split_at(from.bearings.count());
     let pairs = from.parameters().into_iter().zip(to.parameters()).zip(effects);
     let own = pairs.map(|((old, new), v)| new.scale.from_si(old.scale.to_si(*v)));
     bearings.iter().copied().chain(own).collect()

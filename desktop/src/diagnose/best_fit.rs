@@ -2,7 +2,6 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use super::as_file::as_file;
 use super::base::{BaseModel, explains};
 use super::checks;
 use super::holding::HeldParameter;
@@ -79,7 +78,7 @@ fn fit_and<T>(
     let noise = Noise::of(rotor, readings);
     checks::not_too_many(readings)?;
     let mut remarks = checks::before(rotor, readings)?;
-    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings));
+    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).beginning_at(file);
     checks::enough(&steady)?;
     remarks.extend(noise.assumption(rotor));
     remarks.extend(Tolerance::assumption(rotor));
@@ -88,25 +87,26 @@ fn fit_and<T>(
         let fitter = base.fitter;
         checks::not_reversed(&base, rotor, readings, &noise)?;
         checks::this_machine(rotor, base.relative_error(base.closest()))?;
-        remarks.extend(checks::beyond_grade(rotor, &base.fit.unknowns));
-        let predicted_m = by_reading(readings, &base.fit.predicted_m);
-        let fitted = fitter.corrected(as_file(&base.hypothesis, &base.fit), &base.fit, &base.drawing);
+        let (fit, drawing) = base.shown();
+        remarks.extend(checks::beyond_grade(rotor, &fit.unknowns));
+        let predicted_m = by_reading(readings, &fit.predicted_m);
+        let fitted = base.written();
         let sweep = Sweep::of(&fitted, readings, &noise);
         remarks.extend(sweep::remark(&fitter.data, readings, sweep.as_ref()));
         if sweep.is_none() && !explains(&base.drawing.scatter(), &base) {
             remarks.extend(Beats::of(readings, &noise).map(|beats| beats.words()));
         }
         let planes = rotor.plane.len();
-        let covariance = fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
-        let first = base.fit.x.len();
+        let covariance = fitter.covariance(&base.hypothesis, fit, drawing)?;
+        let first = fit.x.len();
         let unbalance_covariance = covariance.map_or_else(
             || DMatrix::from_element(2 * planes, 2 * planes, f64::NAN),
             |c| c.view((first, first), (2 * planes, 2 * planes)).into_owned(),
         );
         let names = rotor.plane.iter().map(|p| p.name.as_str());
-        let unbalance_kg_m = base.fit.unknowns[..planes].to_vec();
+        let unbalance_kg_m = fit.unknowns[..planes].to_vec();
         let answer = asked(&base)?;
-        let fit = BestFit {
+        let best = BestFit {
             determined: PlaneUnbalances::new(names, &unbalance_kg_m, &unbalance_covariance),
             scatter: base.drawing.scatter(),
             rotor: fitted,
@@ -114,10 +114,10 @@ fn fit_and<T>(
             unbalance_kg_m,
             unbalance_covariance,
             chi2_per_value: base.closest().chi2_per_value(),
-            free_parameters: base.hypothesis.size() + 2 * base.fit.unknowns.len(),
+            free_parameters: base.hypothesis.size() + 2 * fit.unknowns.len(),
             noise,
             remarks,
         };
-        Ok((fit, answer))
+        Ok((best, answer))
     })
 }

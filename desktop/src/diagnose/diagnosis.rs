@@ -5,7 +5,6 @@ use std::borrow::Cow;
 use nalgebra::DMatrix;
 
 use super::answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, SURE, TooFast};
-use super::as_file::as_file;
 use super::base::{BaseModel, CandidateFit};
 use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
@@ -52,10 +51,10 @@ pub fn diagnose_telling(
     readings: &[Reading],
     told: ProgressListener,
 ) -> Result<Diagnosis, Error> {
-    let rotor = &rotor.as_stated();
+    let (file, rotor) = (rotor, &rotor.as_stated());
     let noise = Noise::of(rotor, readings);
     let remarks = remarks_before(rotor, readings, noise)?;
-    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).telling(told);
+    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).beginning_at(file).telling(told);
     fitted(&steady, readings, &noise, |base| {
         Ok(examine(base, readings, noise, remarks, REACH_OF_DIAGNOSIS)?.diagnosis)
     })
@@ -116,11 +115,12 @@ pub struct FittedValues {
 
 impl FittedValues {
     fn of(base: &BaseModel) -> Result<Self, Error> {
-        let covariance = base.fitter.covariance(&base.hypothesis, &base.fit, &base.drawing)?;
-        let determined = PlaneUnbalances::by(base, &base.fit, covariance.as_ref());
-        let bearings = base.bearings(&base.fit, covariance.as_ref());
+        let (fit, drawing) = base.shown();
+        let covariance = base.fitter.covariance(&base.hypothesis, fit, drawing)?;
+        let determined = PlaneUnbalances::by(base, fit, covariance.as_ref());
+        let bearings = base.bearings(fit, covariance.as_ref());
         let dimensions = match &covariance {
-            Some(known) => base.fitter.dimensions(&base.hypothesis, &base.fit, &base.drawing, known)?,
+            Some(known) => base.fitter.dimensions(&base.hypothesis, fit, drawing, known)?,
             None => Vec::new(),
         };
         Ok(Self { determined, bearings, dimensions })
@@ -189,8 +189,7 @@ impl<'a> BaseModel<'a> {
         if evidence.mistake().is_none() {
             checks::this_machine(rotor, least.min(self.relative_error(self.closest())))?;
         }
-        let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
-        let sweep = Sweep::of(&found, readings, &noise);
+        let sweep = Sweep::of(&self.written(), readings, &noise);
         let (said, too_fast) = self.concluded(&evidence, sweep.as_ref(), readings, &noise)?;
         let (verdict, mut summary) = (said.verdict, said.summary);
         let alike = determined.alike().filter(|_| verdict != DiagnosisVerdict::NotDetermined);
@@ -217,7 +216,7 @@ impl<'a> BaseModel<'a> {
         let diagnosis = Diagnosis {
             verdict,
             summary,
-            error_before: self.relative_error(&self.fit),
+            error_before: self.relative_error(self.shown().0),
             chi2_per_value: self.closest().chi2_per_value(),
             nothing_missing: ranking.nothing_missing,
             candidates: probable.map(|(i, (t, p))| self.candidate(t, *p, i < fitting)).collect(),
@@ -332,8 +331,8 @@ impl<'a> BaseModel<'a> {
             at: t.placed.place.name(rotor).map(Cow::into_owned),
             probability,
             support: t.evidence,
-            error_after: self.relative_error(&t.fit),
-            chi2_per_value: t.fit.chi2_per_value(),
+            error_after: self.relative_error(t.shown()),
+            chi2_per_value: t.shown().chi2_per_value(),
             parameters: parameters::of(&with, &t.fit),
             model_fits,
             disqualified: t.disqualified.clone(),

@@ -40,6 +40,7 @@ impl BaseModel<'_> {
             .fit_within(&start, bounds)?;
         // the search is another fit without the held parameters
         self.search.1 = fit.clone();
+        self.in_stated_noise = (fit.clone(), self.drawing.clone());
         self.fit = fit;
         Ok(self)
     }

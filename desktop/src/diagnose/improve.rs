@@ -11,7 +11,7 @@ use super::diagnosis::{
 use super::planes::PlaneUnbalances;
 use super::runs::{RefutedRun, RunChange};
 use super::sets::{EffectSet, SearchReach, SetComparison, together};
-use super::sweep::fitted;
+use super::sweep::{self, fitted};
 use super::unknown::UnknownCause;
 use super::{checks, parameters, runs};
 use crate::effects::entry;
@@ -69,42 +69,43 @@ pub struct ImprovementStep {
 pub fn add(rotor: &Rotor, readings: &[Reading], kind: &str, at: Option<&str>) -> Result<Improvement, Error> {
     let (effect, place) = entry::resolve(rotor, kind, at).map_err(Error::UnknownEffect)?;
     let placed = PlacedEffect { effect, place };
-    let rotor = &rotor.as_stated();
+    let (file, rotor) = (rotor, &rotor.as_stated());
     let noise = Noise::of(rotor, readings);
-    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).knowing(place);
+    let steady = Fitter::new(rotor, Data::new(rotor, &noise, readings)).beginning_at(file).knowing(place);
     checks::not_too_many(readings)?;
     checks::before(rotor, readings)?;
     checks::enough(&steady)?;
-    fitted(&steady, readings, &noise, |base| {
-        checks::not_reversed(&base, rotor, readings, &noise)?;
-        added(&base, placed)
+    sweep::fitted_with(&steady, readings, &noise, |base| {
+        checks::not_reversed(base, rotor, readings, &noise)?;
+        added(base, placed)
     })
 }
 
-/// A model with an effect more, fitted together with it.
-fn added(base: &BaseModel, placed: PlacedEffect) -> Result<Improvement, Error> {
+/// A model with an effect more, fitted together with it, and the effect.
+fn added(base: &BaseModel, placed: PlacedEffect) -> Result<(Improvement, CandidateFit), Error> {
     let PlacedEffect { effect, .. } = placed;
     let (fitter, rotor) = (base.fitter, base.fitter.rotor);
     let present = base.hypothesis.effects.iter().any(|e| same(e, &placed));
     if let Some(why) = present.then_some("is already in the model").or(effect.not_sought(rotor)) {
         return Err(Error::EffectNotAddable { effect: placed.label(rotor), why: why.into() });
     }
-    let tried = base.refined_attempt(placed)?;
+    let (tried, explained) = base.as_shown(base.refined_attempt(placed)?)?;
     checks::this_machine(rotor, base.relative_error(&tried.fit).min(base.relative_error(base.closest())))?;
     let with = base.hypothesis.with(placed);
     let dimensions = match &tried.fit.covariance {
         Some(known) => fitter.dimensions(&with, &tried.fit, tried.drawing(base), known)?,
         None => Vec::new(),
     };
-    Ok(Improvement {
+    let improvement = Improvement {
         dimensions,
         rotor: fitter.corrected(as_file(&with, &tried.fit), &tried.fit, tried.drawing(base)),
-        error_before: base.relative_error(&base.fit),
+        error_before: base.relative_error(base.shown().0),
         error_after: base.relative_error(&tried.fit),
         chi2_per_value: [base.closest().chi2_per_value(), tried.fit.chi2_per_value()],
         bearings: base.bearings(&tried.fit, tried.fit.covariance.as_ref()),
-        added: base.candidate(&tried, f64::NAN, explains(&tried.drawing(base).scatter(), base)),
-    })
+        added: base.candidate(&tried, f64::NAN, explained),
+    };
+    Ok((improvement, tried))
 }
 
 #[derive(Debug, Clone)]
@@ -173,7 +174,7 @@ pub fn improve_telling(
     let stated = rotor.as_stated();
     let noise = Noise::of(&stated, readings);
     let at_first = remarks_before(&stated, readings, noise)?;
-    let steady = Fitter::new(&stated, Data::new(&stated, &noise, readings)).telling(told);
+    let steady = Fitter::new(&stated, Data::new(&stated, &noise, readings)).beginning_at(rotor).telling(told);
     fitted(&steady, readings, &noise, |base| {
         improved(rotor, examine(base, readings, noise, at_first, REACH)?, readings, progress)
     })
@@ -215,14 +216,14 @@ fn improved(
         || outcome.mistake.is_some()
         || at_start.nothing_missing >= SURE
     {
-        outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
+        outcome.rotor = start.written();
         return Ok(outcome);
     }
     let together = sets.map_or_else(|| together(&start, &tried, &unknown, REACH), Ok)?;
     let outside = together.outside(1.0 - at_start.nothing_missing);
     let SetComparison { set, unknown_odds } = together;
     let Some(EffectSet { base: mut best, rivals, .. }) = set.filter(|_| unknown_odds < 1.0) else {
-        outcome.rotor = fitter.corrected(as_file(&start.hypothesis, &start.fit), &start.fit, &start.drawing);
+        outcome.rotor = start.written();
         if fitter.data.is_swept() {
             (outcome.verdict, outcome.summary) = unexplained_transient();
         } else if outcome.verdict != DiagnosisVerdict::Unknown {
@@ -276,16 +277,17 @@ fn in_order<'a>(
             |(t, a): (Option<CandidateFit>, PlacedEffect)| t.map_or_else(|| base.refined_attempt(a), Ok);
         let all: Vec<CandidateFit> =
             known.into_par_iter().zip(placed).map(fitted).collect::<Result<_, Error>>()?;
-        let chi2 = |k: &usize| all[*k].fit.stated_chi2;
+        let chi2 = |k: &usize| all[*k].shown().stated_chi2;
         let k = (0..all.len()).min_by(|a, b| chi2(a).total_cmp(&chi2(b)));
         let k = k.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))?;
         let (t, index) = (&all[k], left.remove(k));
         let last = left.is_empty();
         let with = base.hypothesis.with(t.placed);
         let candidate = base.candidate(t, f64::NAN, explains(&t.drawing(&base).scatter(), &base));
+        let shown = if last { &best.fit } else { t.shown() };
         let step = ImprovementStep {
-            error_after: best.relative_error(if last { &best.fit } else { &t.fit }),
-            chi2_per_value: if last { best.fit.chi2_per_value() } else { t.fit.chi2_per_value() },
+            error_after: best.relative_error(shown),
+            chi2_per_value: shown.chi2_per_value(),
             group: if last { rivals.clone() } else { Vec::new() },
             // what it would be without those still to come does not matter
             added: Candidate { parameters: joint[index].clone(), disqualified: None, ..candidate },

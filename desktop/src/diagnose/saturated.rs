@@ -23,7 +23,7 @@ impl BaseModel<'_> {
         let advice = advice::between_typical(self, &possible, &noise);
         let mut remarks = remarks;
         remarks.extend(advice.is_empty().then(|| advice::another_kind(self)));
-        let error_before = self.relative_error(&self.fit);
+        let error_before = self.relative_error(self.shown().0);
         // the prior, as the data add nothing to it
         let probability = (1.0 - PRIOR) / possible.len().max(1) as f64;
         let candidate = |a: &PlacedEffect| Candidate {

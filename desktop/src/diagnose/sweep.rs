@@ -12,12 +12,12 @@ pub mod beats;
 
 use nalgebra::{Complex, DVector};
 
-use super::as_file::as_file;
-use super::base::BaseModel;
+use super::base::{BaseModel, CandidateFit, FittedModel};
 use crate::error::Error;
-use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::data::sweep::{SPEEDS, SweepPlan};
+use crate::fit::hypothesis::Hypothesis;
+use crate::fit::{Drawing, Fit, Fitter};
 use crate::machine::drawing::{Noise, Plane, Rotor};
 use crate::measurement::Reading;
 use crate::model::Model;
@@ -125,10 +125,38 @@ pub fn fitted<T>(
     asked: impl FnOnce(BaseModel) -> Result<T, Error>,
 ) -> Result<T, Error> {
     let base = BaseModel::fit(steady)?;
-    match base.transient(readings, noise)? {
-        Some(data) => asked(BaseModel::fit(&steady.on(data))?),
+    match base.transient(readings, noise, 0)? {
+        Some((fitter, found)) => asked(found.of(&fitter)),
         None => asked(base),
     }
+}
+
+/// A model with an effect more, by the fit of the model to readings, as [`fitted`] has it. An effect can take away damping, so that the
+/// model remembers longer than the one without it: it is then fitted anew with more speeds, as long as there are any.
+///
+/// # Errors
+/// If the machine is singular, or the effect cannot be fitted.
+pub fn fitted_with<T>(
+    steady: &Fitter,
+    readings: &[Reading],
+    noise: &Noise,
+    add: impl Fn(&BaseModel) -> Result<(T, CandidateFit), Error>,
+) -> Result<T, Error> {
+    let base = BaseModel::fit(steady)?;
+    let mut found = base.transient(readings, noise, 0)?;
+    let mut last = None;
+    while let Some((fitter, model)) = found {
+        let (base_of_run, speeds) =
+            (model.of(&fitter), fitter.data.sweeps.as_ref().map_or(0, |plan| plan.speeds));
+        let (answer, t) = add(&base_of_run)?;
+        let with = base_of_run.hypothesis.with(t.placed);
+        if fitter.remembers_enough((readings, noise), &with, &t.fit, t.drawing(&base_of_run))? {
+            return Ok(answer);
+        }
+        last = Some(answer);
+        found = base.transient(readings, noise, speeds + 1)?;
+    }
+    last.map_or_else(|| Ok(add(&base)?.0), Ok)
 }
 
 /// The data with those runs as transients that change speed too fast, as [`fitted`] takes them; `None` where all are steady.
@@ -136,41 +164,60 @@ pub fn fitted<T>(
 /// # Errors
 /// If the machine is singular.
 pub fn transients(steady: &Fitter, readings: &[Reading], noise: &Noise) -> Result<Option<Data>, Error> {
-    BaseModel::fit(steady)?.transient(readings, noise)
+    Ok(BaseModel::fit(steady)?.transient(readings, noise, 0)?.map(|(fitter, _)| fitter.data))
 }
 
-impl BaseModel<'_> {
-    /// The data with those runs as transients that change speed too fast for a steady response; `None` where the noise hides that, where
-    /// it cannot be told from the times, and where it would not explain the data better.
+impl<'a> BaseModel<'a> {
+    /// The fit with those runs as transients that change speed too fast for a steady response, over `at_least` so many speeds; `None` where
+    /// the noise hides that, where it cannot be told from the times, and where it would not explain the data better.
     ///
     /// # Errors
     /// If the machine is singular.
-    fn transient(&self, readings: &[Reading], noise: &Noise) -> Result<Option<Data>, Error> {
+    fn transient(
+        &self,
+        readings: &[Reading],
+        noise: &Noise,
+        at_least: usize,
+    ) -> Result<Option<(Fitter<'a>, FittedModel)>, Error> {
         let rotor = self.fitter.rotor;
-        let found = self.fitter.corrected(as_file(&self.hypothesis, &self.fit), &self.fit, &self.drawing);
-        let Some(sweep) = Sweep::of(&found, readings, noise) else { return Ok(None) };
-        for speeds in SPEEDS {
+        let found = self.written();
+        // a steady fit can damp away the lag that an earlier fit saw
+        let seen_before = || Sweep::of(&self.fitter.found_before.as_ref()?.file, readings, noise);
+        let Some(sweep) = Sweep::of(&found, readings, noise).or_else(seen_before) else { return Ok(None) };
+        for speeds in SPEEDS.into_iter().filter(|speeds| *speeds >= at_least) {
             let plan = SweepPlan { runs: sweep.runs.clone(), speeds };
             let Some(data) = Data::swept(rotor, noise, readings, &plan) else { continue };
-            let fitter = Fitter::new(rotor, data);
+            let fitter = self.fitter.on(data);
             let Ok(base) = BaseModel::fit(&fitter) else { continue };
-            if !plan.is_whole(readings) && !base.remembers_enough(readings, noise, &plan)? {
+            let (fit, drawing) = base.shown();
+            if !fitter.remembers_enough((readings, noise), &base.hypothesis, fit, drawing)? {
                 continue;
             }
-            let better = base.closest().stated_chi2 < self.closest().stated_chi2;
-            return Ok(better.then(|| fitter.data.clone()));
+            let better = base.in_stated_noise.0.stated_chi2 < self.in_stated_noise.0.stated_chi2;
+            let found = FittedModel::from(base);
+            return Ok(better.then_some((fitter, found)));
         }
         Ok(None)
     }
+}
 
-    /// Whether twice the memory would change nothing that is more than noise.
-    fn remembers_enough(&self, readings: &[Reading], noise: &Noise, plan: &SweepPlan) -> Result<bool, Error> {
-        let (rotor, speeds) = (self.fitter.rotor, 2 * plan.speeds);
-        let longer = SweepPlan { speeds, ..plan.clone() };
-        let Some(data) = Data::swept(rotor, noise, readings, &longer) else { return Ok(false) };
+impl Fitter<'_> {
+    /// Whether the runs that are no steady responses are followed as far back as they go, or twice as far would change nothing of a fit
+    /// that is more than noise.
+    fn remembers_enough(
+        &self,
+        (readings, noise): (&[Reading], &Noise),
+        model: &Hypothesis,
+        fit: &Fit,
+        drawing: &Drawing,
+    ) -> Result<bool, Error> {
+        let Some(plan) = self.data.sweeps.as_ref().filter(|plan| !plan.is_whole(readings)) else {
+            return Ok(true);
+        };
+        let longer = SweepPlan { speeds: 2 * plan.speeds, ..plan.clone() };
+        let Some(data) = Data::swept(self.rotor, noise, readings, &longer) else { return Ok(false) };
         let values = 2.0 * data.count() as f64;
-        let longer = Fitter::new(rotor, data);
-        let change = self.fitter.change_to(&longer, &self.hypothesis, &self.fit, &self.drawing)?;
+        let change = self.change_to(&self.on(data), model, fit, drawing)?;
         Ok(change <= SEEN * (2.0 * values).sqrt())
     }
 }

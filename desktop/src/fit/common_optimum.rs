@@ -33,7 +33,7 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
     ) -> Result<Drawing, Error> {
-        Ok(self.common_optimum(f64::INFINITY, hypothesis, fit, drawing)?.1)
+        Ok(self.common_optimum(f64::INFINITY, hypothesis, fit, drawing, None)?.1)
     }
 
     /// The drawing as stated, its errors allowed for as far as they are linear around a fit: where to look for
@@ -47,11 +47,12 @@ impl Fitter<'_> {
             return Ok(self.exact_drawing());
         }
         let mut at = JointProblem::new(self, hypothesis, fit, &self.plain);
-        at.move_to(&position(fit, &DVector::zeros(self.deviations.len())));
+        at.move_to(&position(&fit.x, &DVector::zeros(self.deviations.len())));
         at.linear()
     }
 
-    /// The most probable errors of the drawing under a hypothesis, sought from a fit, and the fit on them.
+    /// The most probable errors of the drawing under a hypothesis, sought from a fit, and the fit on them. The search begins from
+    /// `before`, search coordinates and errors in standard deviations, where that explains the data better.
     ///
     /// # Errors
     /// If the machine is singular at the fit.
@@ -61,8 +62,11 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
         effort: Effort,
+        before: Option<(Vec<f64>, DVector<f64>)>,
     ) -> Result<(Fit, Drawing), Error> {
-        self.on_common_optimum_below(f64::INFINITY, hypothesis, fit, drawing, effort)
+        let (x, settled) = self.common_optimum(f64::INFINITY, hypothesis, fit, drawing, before)?;
+        let fit = self.fit(hypothesis, &[x], &settled, effort, Some(&fit.amplitudes))?;
+        Ok((fit, settled))
     }
 
     /// The same for somebody who wants no fit above this cost of data, bearings and drawing: a search that will not come below it ends
@@ -78,7 +82,7 @@ impl Fitter<'_> {
         drawing: &Drawing,
         effort: Effort,
     ) -> Result<(Fit, Drawing), Error> {
-        let (x, settled) = self.common_optimum(most, hypothesis, fit, drawing)?;
+        let (x, settled) = self.common_optimum(most, hypothesis, fit, drawing, None)?;
         let fit = self.fit(hypothesis, &[x], &settled, effort, Some(&fit.amplitudes))?;
         Ok((fit, settled))
     }
@@ -100,7 +104,7 @@ impl Fitter<'_> {
         let moved = || -> Option<(Fit, Drawing)> {
             let noise = drawing.whitening.of_scatter();
             let mut at = JointProblem::new(self, hypothesis, fit, &noise);
-            at.move_to(&position(fit, &drawing.deviation));
+            at.move_to(&position(&fit.x, &drawing.deviation));
             at.by_error = Some((at.at.clone(), drawing.whitening.by_deviation().clone()));
             descend(&mut at, NEARBY);
             let settled = at.linear().ok()?;
@@ -120,6 +124,7 @@ impl Fitter<'_> {
         hypothesis: &Hypothesis,
         fit: &Fit,
         drawing: &Drawing,
+        before: Option<(Vec<f64>, DVector<f64>)>,
     ) -> Result<(Vec<f64>, Drawing), Error> {
         if self.drawing_is_exact() {
             return Ok((fit.x.clone(), drawing.under(drawing.whitening.of_scatter())));
@@ -131,14 +136,16 @@ impl Fitter<'_> {
             drawing.whitening.estimate(&fit.weighted).resize_vertically(self.deviations.len(), 0.0);
         let stated = DVector::zeros(self.deviations.len());
         let mut starts: Vec<DVector<f64>> = Vec::new();
-        for deviation in [foretold, drawing.deviation.clone(), stated] {
-            if !starts.contains(&deviation) {
-                starts.push(deviation);
+        let at_fit =
+            [foretold, drawing.deviation.clone(), stated].map(|deviation| position(&fit.x, &deviation));
+        for start in at_fit.into_iter().chain(before.map(|(x, deviation)| position(&x, &deviation))) {
+            if !starts.contains(&start) {
+                starts.push(start);
             }
         }
         let visits: Vec<(f64, DVector<f64>, Option<Problem>)> = (starts.iter())
-            .map(|deviation| {
-                best.move_to(&position(fit, deviation));
+            .map(|start| {
+                best.move_to(start);
                 (best.value(), best.at.clone(), best.now.take())
             })
             .collect();
@@ -149,9 +156,9 @@ impl Fitter<'_> {
     }
 }
 
-/// Search coordinates of a fit, then errors in standard deviations.
-fn position(fit: &Fit, deviation: &DVector<f64>) -> DVector<f64> {
-    DVector::from_iterator(fit.x.len() + deviation.len(), fit.x.iter().chain(deviation.iter()).copied())
+/// Search coordinates, then errors in standard deviations.
+fn position(x: &[f64], deviation: &DVector<f64>) -> DVector<f64> {
+    DVector::from_iterator(x.len() + deviation.len(), x.iter().chain(deviation.iter()).copied())
 }
 
 /// Bearings, effects and errors of the drawing together: search coordinates, then errors in standard

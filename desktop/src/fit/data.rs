@@ -79,7 +79,7 @@ pub struct Data {
     /// What gap voltages say about the journals' places.
     pub(super) centreline: Vec<JournalReading>,
     /// Runs that are no steady responses.
-    pub(super) sweeps: Option<SweepPlan>,
+    pub(crate) sweeps: Option<SweepPlan>,
 }
 
 impl Data {

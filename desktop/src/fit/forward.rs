@@ -98,7 +98,7 @@ impl Fitter<'_> {
             v.measured_m += Complex::new(by[0], by[1]) * v.sigma_m;
             v.sigma_m = noise.sigma_m(v.measured_m);
         }
-        Self { further: self.further, ..Self::new(self.rotor, data) }
+        self.anew(data)
     }
 
     /// What a fit on a drawing as stated misses: readings, whitened, then deviations of the bearings from their priors.

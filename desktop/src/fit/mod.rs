@@ -7,6 +7,7 @@
 //! | `starts` | where a search begins, and which of many starts are followed |
 //! | [`projection`] | its linear unknowns, solved for exactly |
 //! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
+//! | `found_before` | where a file that was fitted before begins |
 //! | `transient` | runs whose speed changes too fast for a steady response |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
 //! | [`bearings`], [`dimensions`] | bearings and drawing of a fit with their uncertainty |
@@ -25,6 +26,7 @@ pub mod dimensions;
 pub mod drawing_errors;
 mod error_slopes;
 pub mod forward;
+mod found_before;
 pub mod hypothesis;
 mod optimum;
 pub mod problem;
@@ -63,6 +65,7 @@ use crate::statistics::whitening::{DataScatter, Whitening};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
+use found_before::FoundBefore;
 use hypothesis::Hypothesis;
 pub use optimum::Fit;
 use problem::Problem;
@@ -180,6 +183,7 @@ pub struct Fitter<'a> {
     shafts: [OnceLock<Shaft>; SHAFT_KINDS],
     /// A length of the shaft beside those that are sought and stated.
     further: Option<Span>,
+    pub(crate) found_before: Option<Arc<FoundBefore>>,
     /// How far a search by this is.
     pub progress: Progress<'a>,
 }
@@ -208,18 +212,25 @@ impl<'a> Fitter<'a> {
             plain,
             shafts: Default::default(),
             further: None,
+            found_before: None,
             progress: Progress::default(),
         }
     }
 
     /// The same machine with these rows of the data alone.
     pub fn part(&self, rows: &[usize]) -> Self {
-        Self { further: self.further, ..Self::new(self.rotor, self.data.part(rows)) }
+        self.anew(self.data.part(rows))
     }
 
     /// The same machine and search on other data.
     pub fn on(&self, data: Data) -> Self {
-        Self { further: self.further, progress: self.progress.anew(), ..Self::new(self.rotor, data) }
+        Self { progress: self.progress.anew(), ..self.anew(data) }
+    }
+
+    /// The same machine on other data, for which nobody waits.
+    fn anew(&self, data: Data) -> Self {
+        let found_before = self.found_before.clone();
+        Self { further: self.further, found_before, ..Self::new(self.rotor, data) }
     }
 
     /// The same where an effect may sit at this place, be it a length of the shaft that nothing else knows of.

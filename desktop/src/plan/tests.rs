@@ -50,7 +50,7 @@ fn predicted_probability_at_smallest_size_is_that_asked_for() {
 #[test]
 fn smallest_size_is_proportional_to_the_noise() {
     let smallest = |floor_um: f64| {
-        let plan = plan(&with_noise(sample_rotor(), 0.0, floor_um), &request(2000.0, 12000.0, 31)).unwrap();
+        let plan = plan(&with_noise(one_mode(), 0.0, floor_um), &request(500.0, 3000.0, 21)).unwrap();
         found(&plan, "runout").smallest.as_ref().unwrap().parameters[0].value
     };
     let ratio = smallest(0.2) / smallest(0.1);

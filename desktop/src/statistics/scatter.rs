@@ -46,7 +46,12 @@ impl Scatter {
 
     /// Whether it is as correlated, or runs differ by as much, as what is still called noise can be: then it is not noise.
     pub fn is_at_edge(&self) -> bool {
-        self.correlation > 0.999 * MOST_CORRELATED || self.between_runs > 0.999 * MOST_BETWEEN_RUNS
+        self.is_most_correlated() || self.between_runs > 0.999 * MOST_BETWEEN_RUNS
+    }
+
+    /// Whether it is as correlated as what is still called noise can be: it then takes for its own whatever changes slowly over speed.
+    pub fn is_most_correlated(&self) -> bool {
+        self.correlation > 0.999 * MOST_CORRELATED
     }
 
     /// Whether two are the same for all that a fit can notice.

@@ -94,12 +94,17 @@ fn half_a_year(seed: u64, change: Change) -> (Plan, bool) {
 
 /// One probe shows 12 % more from day 80 on.
 fn gains() -> Vec<(Plan, bool)> {
-    (0..8).map(|k| half_a_year(920 + k, Change::Gain { probe: k as usize % 4, factor: 1.12 })).collect()
+    (0..8).map(|k| half_a_year(920 + k, Change::Gain { probe: k as usize / 2, factor: 1.12 })).collect()
 }
 
 /// The phase reference is turned by 15° on day 80.
 fn turned() -> Vec<(Plan, bool)> {
     (0..8).map(|k| half_a_year(928 + k, Change::PhaseReference { turn_deg: 15.0 })).collect()
+}
+
+/// All of them in a long test, as `tests/long` says by this name in the environment; else every second one.
+fn some<T>(all: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
+    all.into_iter().step_by(if std::env::var_os("ROTOR_EDGE_LONG").is_some() { 1 } else { 2 })
 }
 
 fn judged(plans: Vec<(Plan, bool)>) -> Vec<Judged> {
@@ -283,19 +288,19 @@ mod slow {
 
     #[test]
     fn intervals_after_unstated_outage_with_new_machine_hold() {
-        let all = judged(overhauled());
+        let all = judged(some(overhauled()).collect());
         summary("before an outage", &all, all.iter().map(|j| j.before.clone()));
         let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
         println!("after an outage, {after}");
         assert!(after.coverage >= 0.85 && after.angle_coverage >= 0.85, "{after}");
         let is_restart = |j: &&Judged| matches!(j.events(), [one] if one.scope.restart);
         assert!(all.iter().all(|j| j.finds_its_event()), "an outage without an event");
-        assert!(all.iter().filter(is_restart).count() >= 7, "fewer than 7 of 8 restarts");
+        assert!(all.iter().filter(is_restart).count() + 1 >= all.len(), "more than one is no restart");
     }
 
     #[test]
     fn intervals_after_probe_gain_changed_hold() {
-        let all = judged(gains());
+        let all = judged(some(gains()).collect());
         summary("before a probe's gain", &all, all.iter().map(|j| j.before.clone()));
         let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
         println!("after a probe's gain, {after}");
@@ -304,14 +309,14 @@ mod slow {
             let gain = Some(Instrument::Gain(*probe));
             j.events().iter().chain(j.possible()).any(|e| e.scope.instrument == gain)
         };
-        let told = all.iter().zip((0..4).cycle()).filter(is_told);
+        let told = all.iter().zip(some((0..8).map(|k| k / 2))).filter(is_told);
         // the motion of the bearings hides a gain from some of the records
-        assert!(told.count() >= 6, "fewer than 6 of 8 gains");
+        assert!(4 * told.count() >= 3 * all.len(), "fewer than three quarters of the gains");
     }
 
     #[test]
     fn intervals_after_turned_phase_reference_hold() {
-        let all = judged(turned());
+        let all = judged(some(turned()).collect());
         summary("before a turned phase reference", &all, all.iter().map(|j| j.before.clone()));
         let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
         println!("after a turned phase reference, {after}");

@@ -104,7 +104,7 @@ fn a_machine_that_differs_from_its_drawing_is_found() {
     let (h, _, _) = hypothesis(&fitter, &[]);
     let drawing = fitter.exact_drawing();
     let off = fitter.fit(&h, &[h.origin()], &drawing, Effort::Search, None).unwrap();
-    let (fit, settled) = fitter.on_common_optimum(&h, &off, &drawing, Effort::Search).unwrap();
+    let (fit, settled) = fitter.on_common_optimum(&h, &off, &drawing, Effort::Search, None).unwrap();
     // without noise all that is left is the pull of the priors
     assert!(fit.chi2 < 0.2 * off.chi2, "{} against {}", fit.chi2, off.chi2);
     let again = fitter.relinearised(&h, &fit, &settled).unwrap();

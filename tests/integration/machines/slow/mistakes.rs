@@ -3,6 +3,7 @@
 
 use crate::machines::machine::{Machine, machines};
 use rotor_edge_desktop::diagnose::{Diagnosis, diagnose};
+use rotor_edge_tests::some;
 
 /// What is said of a mistake.
 type Named = fn(&Diagnosis) -> bool;
@@ -14,6 +15,7 @@ fn says(answer: &Diagnosis, words: &str) -> bool {
 /// Makes a mistake on every sound machine, and counts those on which it is named.
 fn named(make: impl Fn(&mut Machine), named: Named) -> (usize, usize) {
     let sound: Vec<Machine> = machines("ordinary").into_iter().filter(|m| m.truth.is_empty()).collect();
+    let sound: Vec<Machine> = some(2, sound).collect();
     let many = sound.len();
     let count = sound.into_iter().filter_map(|mut machine| {
         make(&mut machine);

@@ -11,7 +11,7 @@ use rotor_edge_desktop::plan::{EffectPlan, Plan, PlanRequest, plan};
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
 use rotor_edge_desktop::units::rad_s;
-use rotor_edge_tests::repository;
+use rotor_edge_tests::{repository, some};
 
 use super::noise::normal;
 
@@ -55,25 +55,29 @@ fn found(rotor: &Rotor, effect: &EffectPlan, plan: &Plan) -> f64 {
 fn planned_probability_is_that_of_simulated_diagnoses() {
     let mut rotor = rotor_file::read(&repository("tests/machines/single/case-004/rotor.toml")).unwrap();
     rotor.run.clear();
-    let mut differences = Vec::new();
-    for probability in [0.5, 0.9] {
+    let planned = |probability: f64| {
         let request = PlanRequest {
             speeds_rpm: (0..31).map(|k| 500.0 + 4700.0 * f64::from(k) / 30.0).collect(),
             runs: None,
             unbalance_kg_m: None,
             probability,
         };
-        let plan = plan(&rotor, &request).unwrap();
-        for label in ["speed_dependent_stiffness", "pedestal@OB", "shaft_bow", "probe_calibration@IBX"] {
-            let effect = plan.effects.iter().find(|e| e.label() == label).unwrap();
-            let predicted = effect.smallest.as_ref().unwrap().found;
-            let simulated = found(&rotor, effect, &plan);
-            println!("{label}: predicted {predicted:.2}, simulated {simulated:.2}");
-            // three standard deviations of a share among so many draws
-            let chance = 3.0 * (predicted * (1.0 - predicted) / DRAWS as f64).sqrt();
-            assert!((simulated - predicted).abs() <= NEAR + chance, "{label}: {predicted} {simulated}");
-            differences.push(simulated - predicted);
-        }
+        plan(&rotor, &request).unwrap()
+    };
+    let plans = [0.5, 0.9].map(planned);
+    let labels = ["speed_dependent_stiffness", "pedestal@OB", "shaft_bow", "probe_calibration@IBX"];
+    let cases = plans.iter().flat_map(|plan| labels.map(|label| (plan, label)));
+    let mut differences = Vec::new();
+    // with three, both probabilities and three of the effects
+    for (plan, label) in some(3, cases) {
+        let effect = plan.effects.iter().find(|e| e.label() == label).unwrap();
+        let predicted = effect.smallest.as_ref().unwrap().found;
+        let simulated = found(&rotor, effect, plan);
+        println!("{label}: predicted {predicted:.2}, simulated {simulated:.2}");
+        // three standard deviations of a share among so many draws
+        let chance = 3.0 * (predicted * (1.0 - predicted) / DRAWS as f64).sqrt();
+        assert!((simulated - predicted).abs() <= NEAR + chance, "{label}: {predicted} {simulated}");
+        differences.push(simulated - predicted);
     }
     let mean = differences.iter().sum::<f64>() / differences.len() as f64;
     assert!(mean.abs() <= NEAR, "{mean}");
