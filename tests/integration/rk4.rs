@@ -285,17 +285,16 @@ mod slow {
         let (rotor, _) = rig();
         let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).collect();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(8);
-        let (mut named, mut parts) = (0, 0);
-        for count in some(2, (3..=20).step_by(2)) {
+        let mut named = 0;
+        for count in (3..=20).step_by(2) {
             let drawn = draw(&names, count, &mut random);
             let (some, readings) = part(&drawn);
             let found = diagnose(&some, &readings).unwrap();
             println!("{count} runs: {:?}, {}", found.bad_probe, found.summary);
             assert!(found.bad_probe.as_deref().is_none_or(|probe| probe == "P1X"), "{drawn:?}");
             named += usize::from(found.bad_probe.is_some());
-            parts += 1;
         }
-        assert!(2 * named > parts, "{named} of {parts}");
+        assert!(named > 4, "{named} of 9");
     }
 
     #[test]

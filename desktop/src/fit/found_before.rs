@@ -37,3 +37,31 @@ impl Fitter<'_> {
         Self { found_before: FoundBefore::of(file, &self.deviations).map(Into::into), ..self }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::drawing::Tolerance;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn found_drawing_and_bearings_are_those_that_the_file_states() {
+        let drawn = Rotor { tolerance: Some(Tolerance::holding(&sample_rotor())), ..sample_rotor() };
+        let deviations = Deviations::of(&drawn);
+        assert!(FoundBefore::of(&drawn, &deviations).is_none(), "nobody has fitted it");
+        let mut file = drawn.clone();
+        let bearings = Bearings::of(&drawn);
+        let x = bearings.shifted(&bearings.stated(), 0.3, -0.2);
+        file.bearing.iter_mut().for_each(|b| b.stated = Some(b.law.clone()));
+        bearings.assign(&mut file, &x);
+        let off = [0.5, -1.5, 0.0].into_iter().cycle().take(deviations.len());
+        let off = DVector::from_iterator(deviations.len(), off);
+        let found = file.tolerance.as_mut().map(|t| &mut t.found).unwrap();
+        found.extend(
+            deviations.kinds.iter().zip(off.iter()).map(|((kind, sd), t)| (kind.name(&drawn), sd * t)),
+        );
+        let before = FoundBefore::of(&file, &deviations).unwrap();
+        assert!((before.deviation - off).amax() < 1e-12);
+        assert!(before.bearings.iter().zip(&x).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}

@@ -6,7 +6,7 @@
 //! | [`problem`], `derivative`, `optimum` | the least-squares problem of one hypothesis, and its solution |
 //! | `starts` | where a search begins, and which of many starts are followed |
 //! | [`projection`] | its linear unknowns, solved for exactly |
-//! | [`drawing_errors`], `common_optimum` | allowing for the drawing's errors |
+//! | `drawing`, [`drawing_errors`], `common_optimum` | the drawing, and allowing for its errors |
 //! | `found_before` | where a file that was fitted before begins |
 //! | `transient` | runs whose speed changes too fast for a steady response |
 //! | `scattered`, [`unknown`] | the noise that a fit leaves; a cause that no effect is |
@@ -23,6 +23,7 @@ pub mod data;
 mod derivative;
 pub(crate) mod descent;
 pub mod dimensions;
+mod drawing;
 pub mod drawing_errors;
 mod error_slopes;
 pub mod forward;
@@ -52,7 +53,7 @@ use crate::effects::terms::Terms;
 use crate::effects::{Place, Scales, physical};
 use crate::error::Error;
 use crate::machine::bearings::Bearings;
-use crate::machine::drawing::{Noise, Physics, Rotor};
+use crate::machine::drawing::{Noise, Rotor};
 use crate::machine::span::{self, Span};
 use crate::machine::tolerance::Deviations;
 use crate::model::amplitude::Relaxation;
@@ -65,6 +66,8 @@ use crate::statistics::whitening::{DataScatter, Whitening};
 use data::Amplitudes;
 use data::Data;
 use descent::Stop;
+pub use drawing::Drawing;
+use drawing::{SHAFT_KINDS, ShaftKind};
 use found_before::FoundBefore;
 use hypothesis::Hypothesis;
 pub use optimum::Fit;
@@ -82,78 +85,6 @@ const AMPLITUDE_ROUNDS: usize = 20;
 const ROUGH_ROUNDS: usize = 4;
 /// Share of the way to the squared amplitudes of a fit, in a round.
 const AMPLITUDE_WEIGHT: f64 = 0.7;
-/// Combinations of switches of the beam theory, with and without lengths that differ in stiffness.
-const SHAFT_KINDS: usize = 16;
-
-/// The shaft that a hypothesis is fitted on.
-#[derive(Debug, Clone, Copy)]
-struct ShaftKind {
-    physics: Physics,
-    /// The stiffness of lengths of the shaft may differ; the basis then holds additional shape functions.
-    has_lengths: bool,
-}
-
-impl ShaftKind {
-    fn of(terms: &Terms) -> Self {
-        let has_lengths = terms.supports.iter().any(|(place, _)| matches!(place, Place::Strain(..)));
-        Self { physics: terms.physics, has_lengths }
-    }
-
-    fn number(self) -> usize {
-        usize::from(self.physics.gyroscopic)
-            + 2 * usize::from(self.physics.shear_deformation)
-            + 4 * usize::from(self.physics.rotary_inertia)
-            + 8 * usize::from(self.has_lengths)
-    }
-}
-
-/// The state of the drawing that hypotheses are fitted on.
-pub struct Drawing {
-    /// Deviations in standard deviations.
-    deviation: DVector<f64>,
-    /// The correlated noise that scatter and other deviations amount to.
-    whitening: Arc<Whitening>,
-    plants: [OnceLock<Result<Arc<ModalShaft>, Error>>; SHAFT_KINDS],
-}
-
-impl Drawing {
-    fn new(deviation: DVector<f64>, whitening: Whitening) -> Self {
-        Self { deviation, whitening: Arc::new(whitening), plants: Default::default() }
-    }
-
-    /// This drawing with its shaft, which is solved already.
-    fn solved(self, kind: &ShaftKind, plant: Arc<ModalShaft>) -> Self {
-        // nothing is lost if it was solved before
-        let _ = self.plants[kind.number()].set(Ok(plant));
-        self
-    }
-
-    /// The same drawing with another noise.
-    fn under(&self, whitening: Whitening) -> Self {
-        Self {
-            deviation: self.deviation.clone(),
-            whitening: Arc::new(whitening),
-            plants: self.plants.clone(),
-        }
-    }
-
-    /// Once more.
-    pub fn as_it_is(&self) -> Self {
-        Self { plants: self.plants.clone(), ..self.of_another() }
-    }
-
-    /// What it allows for, for another machine with as many dimensions and measured values.
-    pub fn of_another(&self) -> Self {
-        let (deviation, whitening) = (self.deviation.clone(), self.whitening.clone());
-        Self { deviation, whitening, plants: Default::default() }
-    }
-
-    /// The scatter that fits on it go by.
-    pub fn scatter(&self) -> Scatter {
-        self.whitening.scatter()
-    }
-}
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
     /// Bearings and effects as the start has them: only what is linear is solved for.

@@ -136,39 +136,43 @@ struct CauseResponse {
 impl CauseResponse {
     /// From the response to each unknown, one a column. Combinations whose response is a rounding error are left out.
     fn of(response: &DMatrix<f64>) -> Self {
-        let nothing = || Self { columns: DMatrix::zeros(response.nrows(), 0), sizes: Vec::new() };
-        if response.is_empty() {
-            return nothing();
-        }
-        let eigen = hermitian(transposed_product(response, response));
-        let sizes = eigen.eigenvalues.map(|square| square.max(0.0).sqrt());
-        let largest = sizes.iter().copied().fold(0.0, f64::max);
-        if !largest.is_finite() || largest <= 0.0 {
-            return nothing();
-        }
-        let kept: Vec<usize> = (0..sizes.len()).filter(|k| sizes[*k] > LEAST_SIZE * largest).collect();
-        let columns = response * eigen.eigenvectors.select_columns(&kept);
-        Self { columns, sizes: kept.iter().map(|k| sizes[*k]).collect() }
+        let (combinations, sizes) = combinations(response);
+        Self { columns: response * combinations, sizes }
     }
+}
 
-    /// Largest average gain with independent unknowns of one size, and how many of them the readings determine then.
-    fn best_size(&self, visible: &DVector<f64>) -> (f64, f64) {
-        let largest = self.sizes.iter().copied().fold(0.0, f64::max);
-        let along = self.columns.tr_mul(visible);
-        let [low, high] = SIZE_RANGE;
-        let at = |k: usize| {
-            let variance =
-                low * (high / low).powf(k as f64 / (SIZES - 1) as f64) * (1.0 + visible.norm_squared());
-            let (mut gain, mut determined) = (0.0, 0.0);
-            for (size, along) in self.sizes.iter().zip(along.iter()) {
-                let own = variance * (size / largest).powi(2);
-                gain += own / (1.0 + own) * ((along / size).powi(2) + 1.0) - own.ln_1p();
-                determined += own / (1.0 + own);
-            }
-            (gain, determined)
-        };
-        (0..SIZES).map(at).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
+/// Orthonormal combinations of unknowns, one a column, whose responses are orthogonal, and the lengths of these.
+fn combinations(response: &DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
+    let nothing = || (DMatrix::zeros(response.ncols(), 0), Vec::new());
+    if response.is_empty() {
+        return nothing();
     }
+    let eigen = hermitian(transposed_product(response, response));
+    let sizes = eigen.eigenvalues.map(|square| square.max(0.0).sqrt());
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    if !largest.is_finite() || largest <= 0.0 {
+        return nothing();
+    }
+    let kept: Vec<usize> = (0..sizes.len()).filter(|k| sizes[*k] > LEAST_SIZE * largest).collect();
+    (eigen.eigenvectors.select_columns(&kept), kept.iter().map(|k| sizes[*k]).collect())
+}
+
+/// Largest average gain with independent unknowns of one size, and how many of them the readings determine then: `along` are products of
+/// the signal, of this squared length, with responses of these sizes.
+fn best_size(sizes: &[f64], along: &DVector<f64>, squared: f64) -> (f64, f64) {
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    let [low, high] = SIZE_RANGE;
+    let at = |k: usize| {
+        let variance = low * (high / low).powf(k as f64 / (SIZES - 1) as f64) * (1.0 + squared);
+        let (mut gain, mut determined) = (0.0, 0.0);
+        for (size, along) in sizes.iter().zip(along.iter()) {
+            let own = variance * (size / largest).powi(2);
+            gain += own / (1.0 + own) * ((along / size).powi(2) + 1.0) - own.ln_1p();
+            determined += own / (1.0 + own);
+        }
+        (gain, determined)
+    };
+    (0..SIZES).map(at).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
 }
 
 impl UnknownCauses {
@@ -186,11 +190,14 @@ impl UnknownCauses {
 
     /// Twice the average log evidence of an unknown cause over nothing but noise, where this is the signal.
     pub fn evidence(&self, noise: &PlannedNoise, visible: &DVector<f64>) -> f64 {
-        let of_one = |stated: &CauseResponse| match noise.is_stated() {
-            true => stated.best_size(visible),
-            false => {
-                CauseResponse::of(&noise.unfollowed(noise.of_stated(&stated.columns))).best_size(visible)
+        let squared = visible.norm_squared();
+        let of_one = |stated: &CauseResponse| {
+            if noise.is_stated() {
+                return best_size(&stated.sizes, &stated.columns.tr_mul(visible), squared);
             }
+            let response = noise.unfollowed(noise.of_stated(&stated.columns));
+            let (combinations, sizes) = combinations(&response);
+            best_size(&sizes, &combinations.tr_mul(&response.tr_mul(visible)), squared)
         };
         let fits: Vec<(f64, f64)> = self.all.iter().map(of_one).collect();
         let best = fits.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0));

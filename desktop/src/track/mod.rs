@@ -196,7 +196,7 @@ mod tests {
     use crate::testing::sample_rotor;
 
     #[test]
-    fn track_on_an_inexact_drawing_says_what_its_intervals_leave_out() {
+    fn track_says_what_its_intervals_leave_out_of_the_drawing() {
         let exact = Rotor { tolerance: Some(Tolerance::exact()), ..sample_rotor() };
         assert_eq!(left_out_of_intervals(&exact, None), None);
         let said = left_out_of_intervals(&Rotor { tolerance: None, ..sample_rotor() }, None).unwrap();

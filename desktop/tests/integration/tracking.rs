@@ -94,7 +94,7 @@ fn half_a_year(seed: u64, change: Change) -> (Plan, bool) {
 
 /// One probe shows 12 % more from day 80 on.
 fn gains() -> Vec<(Plan, bool)> {
-    (0..8).map(|k| half_a_year(920 + k, Change::Gain { probe: k as usize / 2, factor: 1.12 })).collect()
+    (0..8).map(|k| half_a_year(920 + k, Change::Gain { probe: k as usize % 4, factor: 1.12 })).collect()
 }
 
 /// The phase reference is turned by 15° on day 80.
@@ -300,7 +300,7 @@ mod slow {
 
     #[test]
     fn intervals_after_probe_gain_changed_hold() {
-        let all = judged(some(gains()).collect());
+        let all = judged(gains());
         summary("before a probe's gain", &all, all.iter().map(|j| j.before.clone()));
         let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
         println!("after a probe's gain, {after}");
@@ -309,9 +309,9 @@ mod slow {
             let gain = Some(Instrument::Gain(*probe));
             j.events().iter().chain(j.possible()).any(|e| e.scope.instrument == gain)
         };
-        let told = all.iter().zip(some((0..8).map(|k| k / 2))).filter(is_told);
+        let told = all.iter().zip((0..4).cycle()).filter(is_told);
         // the motion of the bearings hides a gain from some of the records
-        assert!(4 * told.count() >= 3 * all.len(), "fewer than three quarters of the gains");
+        assert!(told.count() >= 6, "fewer than 6 of 8 gains");
     }
 
     #[test]

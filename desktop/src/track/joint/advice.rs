@@ -78,8 +78,7 @@ impl JointProblem {
             state = state.predicted(&step);
             for reading in &linear {
                 let nothing = DVector::zeros(reading.variance.len());
-                state = Innovation::new(&state, reading.slope.clone(), &nothing, &reading.variance)?
-                    .update(&state);
+                state = Innovation::new(&state, &reading.slope, &nothing, &reading.variance)?.update(&state);
             }
         }
         let last = &readings[0].conditions;

@@ -50,7 +50,7 @@ impl Branch {
         let point = self.point();
         let linear = self.layout.linear(day, &point, noise)?;
         let left = linear.left - &linear.slope * (&self.state.mean - &point);
-        let innovation = Innovation::new(&self.state, linear.slope, &left, &linear.variance)?;
+        let innovation = Innovation::new(&self.state, &linear.slope, &left, &linear.variance)?;
         let is_impossible = innovation.squared > impossible_from(linear.variance.len());
         if !is_impossible {
             self.state = innovation.update(&self.state);

@@ -5,7 +5,7 @@
 //! predicted, the smoothed state is `a + P r` with covariance `P − P N P`. No covariance is inverted, and the
 //! same two numbers say how much a shock at that time would have explained.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 #[derive(Debug, Clone)]
 pub struct Gaussian {
@@ -27,30 +27,33 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// `F M`.
-    fn forward(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut moved = m.clone();
-        for mut column in moved.column_iter_mut() {
-            let before = column.clone_owned();
+    /// `F M`, or with `is_transposed` `Fᵀ M`, in place of M.
+    fn apply(&self, m: &mut DMatrix<f64>, is_transposed: bool) {
+        let mut added = vec![0.0; self.reach.len()];
+        for mut column in m.column_iter_mut() {
+            for (added, (to, from, share)) in added.iter_mut().zip(&self.reach) {
+                *added = share * column[if is_transposed { *to } else { *from }];
+            }
             column.component_mul_assign(&self.keep);
-            for (to, from, share) in &self.reach {
-                column[*to] += share * before[*from];
+            for (added, (to, from, _)) in added.iter().zip(&self.reach) {
+                column[if is_transposed { *from } else { *to }] += added;
             }
         }
-        moved
     }
 
-    /// `Fᵀ M`.
-    fn back(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
-        let mut moved = m.clone();
-        for mut column in moved.column_iter_mut() {
-            let before = column.clone_owned();
-            column.component_mul_assign(&self.keep);
-            for (to, from, share) in &self.reach {
-                column[*from] += share * before[*to];
-            }
-        }
-        moved
+    /// `F M`.
+    fn forward(&self, mut m: DMatrix<f64>) -> DMatrix<f64> {
+        self.apply(&mut m, false);
+        m
+    }
+
+    /// `F M Fᵀ` of a symmetric M, or with `is_transposed` `Fᵀ M F`.
+    fn on_both_sides(&self, m: &DMatrix<f64>, is_transposed: bool) -> DMatrix<f64> {
+        let mut both = m.clone();
+        self.apply(&mut both, is_transposed);
+        both.transpose_mut();
+        self.apply(&mut both, is_transposed);
+        both
     }
 
     /// `F x + s` of a state.
@@ -63,28 +66,30 @@ impl Transition {
 
 impl Gaussian {
     pub fn predicted(&self, step: &Transition) -> Self {
-        let half = step.forward(&self.covariance).transpose();
-        Self { mean: step.moved(&self.mean), covariance: symmetric(step.forward(&half) + &step.noise) }
+        let mut covariance = step.on_both_sides(&self.covariance, false);
+        covariance += &step.noise;
+        make_symmetric(&mut covariance);
+        Self { mean: step.moved(&self.mean), covariance }
     }
 
     pub fn smoothed(&self, later: &BackwardPass) -> Self {
         let seen = &later.information * &self.covariance;
-        Self {
-            mean: &self.mean + &self.covariance * &later.score,
-            covariance: symmetric(&self.covariance - &self.covariance * seen),
-        }
+        let mut covariance = self.covariance.clone();
+        covariance.gemm(-1.0, &self.covariance, &seen, 1.0);
+        make_symmetric(&mut covariance);
+        Self { mean: &self.mean + &self.covariance * &later.score, covariance }
     }
 }
 
-/// Innovation of a measurement `y = C x + noise`: `y − C mean` with its covariance.
+/// Innovation of a measurement `y = C x + noise`: `y − C mean` with its covariance `S = L Lᵀ`. Everything is in units of it, so that the
+/// numbers of a measurement are independent of one another; matrices have a row for each component of the state.
 pub struct Innovation {
+    /// `(L⁻¹ C)ᵀ`.
     slope: DMatrix<f64>,
-    /// `C P`, and the gain `S⁻¹ C P`.
+    /// `P (L⁻¹ C)ᵀ`, with P the covariance before the measurement.
     seen: DMatrix<f64>,
-    gain: DMatrix<f64>,
-    /// `S⁻¹ (y − C mean)` with S the innovation's covariance.
-    weighed: DVector<f64>,
-    factor: Cholesky<f64, Dyn>,
+    /// `L⁻¹ (y − C mean)`.
+    left: DVector<f64>,
     /// Squared innovation in its own standard deviations.
     pub squared: f64,
     /// Logarithm of the determinant of its covariance.
@@ -95,36 +100,60 @@ impl Innovation {
     /// `None` if the covariance is not positive definite, which noise rules out.
     pub fn new(
         prior: &Gaussian,
-        slope: DMatrix<f64>,
+        slope: &DMatrix<f64>,
         left: &DVector<f64>,
         variance: &DVector<f64>,
     ) -> Option<Self> {
-        let seen = &slope * &prior.covariance;
-        let mut spread = &seen * slope.transpose();
+        let (mut slope, mut left) = (slope.transpose(), left.clone());
+        let mut seen = &prior.covariance * &slope;
+        let mut spread = slope.tr_mul(&seen);
         for (i, v) in variance.iter().enumerate() {
             spread[(i, i)] += v;
         }
-        let factor = symmetric(spread).cholesky()?;
-        let weighed = factor.solve(left);
-        let log_det = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        let gain = factor.solve(&seen);
-        Some(Self { slope, seen, gain, squared: left.dot(&weighed), weighed, factor, log_det })
+        let factor = spread.cholesky()?.unpack_dirty();
+        for i in 0..left.len() {
+            for j in 0..i {
+                for columns in [&mut slope, &mut seen] {
+                    let (earlier, mut own) = columns.columns_range_pair_mut(j, i);
+                    own.axpy(-factor[(i, j)], &earlier, 1.0);
+                }
+                left[i] -= factor[(i, j)] * left[j];
+            }
+            let scale = factor[(i, i)].recip();
+            slope.column_mut(i).scale_mut(scale);
+            seen.column_mut(i).scale_mut(scale);
+            left[i] *= scale;
+        }
+        let log_det = 2.0 * factor.diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        Some(Self { slope, seen, squared: left.norm_squared(), left, log_det })
     }
 
     /// The state with this measurement.
     pub fn update(&self, prior: &Gaussian) -> Gaussian {
-        let mean = &prior.mean + self.seen.tr_mul(&self.weighed);
-        Gaussian { mean, covariance: symmetric(&prior.covariance - self.seen.tr_mul(&self.gain)) }
+        let mut now = prior.clone();
+        for (seen, left) in self.seen.column_iter().zip(self.left.iter()) {
+            now.mean.axpy(*left, &seen, 1.0);
+            now.covariance.ger(-1.0, &seen, &seen, 1.0);
+        }
+        now
     }
 
     /// One step of the backward pass, from the state after this measurement to that before it.
-    fn before(&self, later: &BackwardPass) -> BackwardPass {
-        // with K the gain, r ← Cᵀ S⁻¹ e + (1 − K C)ᵀ r and N ← Cᵀ S⁻¹ C + (1 − K C)ᵀ N (1 − K C)
-        let score = &later.score + self.slope.tr_mul(&(&self.weighed - &self.gain * &later.score));
-        let half = &later.information - (&later.information * self.gain.transpose()) * &self.slope;
-        let rest = &half - self.slope.tr_mul(&(&self.gain * &half));
-        let own = self.slope.tr_mul(&self.factor.solve(&self.slope));
-        BackwardPass { score, information: symmetric(rest + own) }
+    fn before(&self, mut later: BackwardPass) -> BackwardPass {
+        // with D the slope, W what is seen and e what is left: r ← D e + (1 − D Wᵀ) r and N ← D Dᵀ + (1 − D Wᵀ) N (1 − W Dᵀ),
+        // which is N + D Hᵀ + H Dᵀ with H = D (1 + Wᵀ N W) / 2 − N W
+        let unexplained = &self.left - self.seen.tr_mul(&later.score);
+        later.score.gemv(1.0, &self.slope, &unexplained, 1.0);
+        let mut half = &later.information * &self.seen;
+        let mut twice = self.seen.tr_mul(&half);
+        twice.iter_mut().step_by(self.left.len() + 1).for_each(|own| *own += 1.0);
+        half.gemm(0.5, &self.slope, &twice, -1.0);
+        for (slope, half) in self.slope.column_iter().zip(half.column_iter()) {
+            later.information.ger(1.0, &slope, &half, 1.0);
+            later.information.ger(1.0, &half, &slope, 1.0);
+        }
+        make_symmetric(&mut later.information);
+        later
     }
 }
 
@@ -152,14 +181,14 @@ pub fn later(visits: &[FilterStep], steps: &[Transition]) -> Vec<BackwardPass> {
     let mut all = Vec::with_capacity(visits.len());
     for (k, visit) in visits.iter().enumerate().rev() {
         if let Some(step) = steps.get(k) {
-            let half = step.back(&at.information).transpose();
-            at = BackwardPass {
-                score: step.back(&DMatrix::from_columns(&[at.score])).column(0).into_owned(),
-                information: symmetric(step.back(&half)),
-            };
+            let mut score = DMatrix::from_columns(&[at.score]);
+            step.apply(&mut score, true);
+            let mut information = step.on_both_sides(&at.information, true);
+            make_symmetric(&mut information);
+            at = BackwardPass { score: score.column(0).into_owned(), information };
         }
         for innovation in visit.seen.iter().rev() {
-            at = innovation.before(&at);
+            at = innovation.before(at);
         }
         all.push(at.clone());
     }
@@ -176,13 +205,19 @@ pub fn across(
     at: usize,
     size: usize,
 ) -> DMatrix<f64> {
-    let moved = step.forward(&before.filtered.covariance.columns(at, size).into_owned());
+    let moved = step.forward(before.filtered.covariance.columns(at, size).into_owned());
     let seen = &later.information * &moved;
     moved.rows(at, size) - after.predicted.covariance.rows(at, size) * seen
 }
 
-fn symmetric(m: DMatrix<f64>) -> DMatrix<f64> {
-    (&m + m.transpose()) * 0.5
+/// Takes off what rounding has made different on both sides of the diagonal.
+fn make_symmetric(m: &mut DMatrix<f64>) {
+    for j in 0..m.ncols() {
+        for i in j + 1..m.nrows() {
+            let mean = 0.5 * (m[(i, j)] + m[(j, i)]);
+            (m[(i, j)], m[(j, i)]) = (mean, mean);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -209,7 +244,7 @@ mod tests {
             }
             let predicted = at.clone();
             let left = DVector::from_element(1, y - at.mean[0]);
-            let innovation = Innovation::new(&at, one(1.0), &left, &DVector::from_element(1, r)).unwrap();
+            let innovation = Innovation::new(&at, &one(1.0), &left, &DVector::from_element(1, r)).unwrap();
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
             let seen = vec![innovation];
@@ -259,7 +294,7 @@ mod tests {
             let predicted = at.clone();
             let slope = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
             let left = DVector::from_element(1, y - at.mean[0]);
-            let innovation = Innovation::new(&at, slope, &left, &DVector::from_element(1, 0.5)).unwrap();
+            let innovation = Innovation::new(&at, &slope, &left, &DVector::from_element(1, 0.5)).unwrap();
             at = innovation.update(&at);
             visits.push(FilterStep { seen: vec![innovation], predicted, filtered: at.clone() });
         }

@@ -1,5 +1,7 @@
 //! The record as the filter sees it, and runs of filter and smoother along it.
 
+use std::sync::OnceLock;
+
 use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -17,6 +19,8 @@ type C = Complex<f64>;
 
 /// Probability that a reading of a machine without an event is called an outlier.
 const CHANCE: f64 = 1e-6;
+/// Limits of readings of fewer numbers are kept.
+const MOST_KNOWN: usize = 65;
 /// Most rounds of relinearisation, and the change of the log likelihood at convergence, small against the evidence that
 /// an event needs.
 const ROUNDS: usize = 10;
@@ -150,7 +154,7 @@ impl JointProblem {
             let (predicted, mut seen, mut impossible) = (at.clone(), Vec::new(), false);
             for (n, LinearReading { slope, left, variance }) in readings.into_iter().enumerate() {
                 let left = left - &slope * (&at.mean - &linearised_at[k]);
-                let innovation = Innovation::new(&at, slope, &left, &variance)?;
+                let innovation = Innovation::new(&at, &slope, &left, &variance)?;
                 let limit = impossible_from(variance.len());
                 pass.log_likelihood -= 0.5 * (innovation.squared.min(limit) + innovation.log_det);
                 let out = left_out.map_or(innovation.squared > limit, |out| out[k]);
@@ -231,7 +235,7 @@ impl JointProblem {
                         self.layout.linear(day, point, &self.noise)?;
                     let slope = slope.columns(at, all).into_owned();
                     let left = left - &slope * (&now.mean - point.rows(at, all));
-                    let innovation = Innovation::new(&now, slope, &left, &variance)?;
+                    let innovation = Innovation::new(&now, &slope, &left, &variance)?;
                     now = innovation.update(&now);
                     seen.push(innovation);
                 }
@@ -254,5 +258,8 @@ impl JointProblem {
 
 /// Squared innovation above which a reading of so many numbers is an outlier.
 pub(super) fn impossible_from(numbers: usize) -> f64 {
-    ChiSquared::new(numbers as f64).map_or(f64::INFINITY, |c| c.inverse_cdf(1.0 - CHANCE))
+    // it is asked for every reading of every pass, and takes as long as a filter step
+    static KNOWN: [OnceLock<f64>; MOST_KNOWN] = [const { OnceLock::new() }; MOST_KNOWN];
+    let limit = || ChiSquared::new(numbers as f64).map_or(f64::INFINITY, |c| c.inverse_cdf(1.0 - CHANCE));
+    KNOWN.get(numbers).map_or_else(limit, |known| *known.get_or_init(limit))
 }
