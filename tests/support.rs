@@ -15,9 +15,9 @@ pub fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests/ lies in the repository").join(path)
 }
 
-/// All of them in a long test, as `tests/long` says by this name in the environment; else every so many-th one.
-pub fn some<T>(every: usize, all: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
-    all.into_iter().step_by(if std::env::var_os("ROTOR_EDGE_LONG").is_some() { 1 } else { every })
+/// The items that a test takes: one of so `many` in `tests/all`, all of them in `tests/long`, which sets `ROTOR_EDGE_LONG`.
+pub fn sampled<T>(many: usize, all: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
+    all.into_iter().step_by(if std::env::var_os("ROTOR_EDGE_LONG").is_some() { 1 } else { many })
 }
 
 /// A model with other supports.

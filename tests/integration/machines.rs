@@ -14,7 +14,7 @@ use machine::{Hidden, Machine, machines};
 use rotor_edge_desktop::diagnose::{Candidate, DiagnosisVerdict, add, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::{ParameterValue, Rotor};
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_tests::{repository, some};
+use rotor_edge_tests::{repository, sampled};
 
 /// Half width of a 95 % interval in standard deviations.
 const NINETY_FIVE: f64 = 1.96;
@@ -416,7 +416,7 @@ mod slow {
     #[test]
     fn phases_reversed_are_recognised_on_every_machine() {
         let all = ["single", "tolerance", "double"].into_iter().flat_map(machines);
-        let missed = some(3, all).filter_map(|m| {
+        let missed = sampled(3, all).filter_map(|m| {
             let mirrored = |r: &Reading| Reading {
                 probes: r.probes.iter().map(|y| y.map(|y| y.conj())).collect(),
                 ..r.clone()

@@ -26,7 +26,7 @@ use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model;
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_tests::{repository, some};
+use rotor_edge_tests::{repository, sampled};
 
 /// Bearings and planes that phase I fits.
 const FREE_PARAMETERS: usize = 12;
@@ -318,7 +318,7 @@ mod slow {
             let text = page(&format!("Report {name}"), None, &sections, words);
             browser.keep(name, &text, &[SCREEN_PX, PHONE_PX]);
             assert_eq!(browser.console(&text), Vec::<String>::new(), "{name}");
-            for (look, width_px) in some(2, looks()) {
+            for (look, width_px) in sampled(2, looks()) {
                 let at = format!("{name}, {look:?}");
                 assert_whole(&at, &browser.measure(&text, width_px, &look), width_px, &figures);
             }

@@ -15,7 +15,7 @@ use rotor_edge_desktop::diagnose::{DiagnosisVerdict, diagnose, improve};
 use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::rotor_file;
-use rotor_edge_tests::some;
+use rotor_edge_tests::sampled;
 
 type C = Complex<f64>;
 
@@ -265,7 +265,7 @@ mod slow {
         let (rotor, readings) = rig();
         let names: Vec<&str> = rotor.run.iter().map(|r| r.name.as_str()).filter(|run| *run != BASE).collect();
         let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-        for _ in some(2, 0..6) {
+        for _ in sampled(2, 0..6) {
             let drawn = draw(&names, 2, &mut random);
             let some = knowing(&rotor, |run| drawn.contains(run));
             let three: Vec<Reading> = readings

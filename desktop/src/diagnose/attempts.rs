@@ -319,6 +319,9 @@ impl BaseModel<'_> {
     }
 
     /// A settled candidate with the fit that people see, and whether noise explains what it leaves.
+    ///
+    /// # Errors
+    /// If the machine is singular at that fit.
     pub fn as_shown(&self, mut t: CandidateFit) -> Result<(CandidateFit, bool), Error> {
         let left = t.drawing(self).scatter();
         let explained = explains(&left, self);

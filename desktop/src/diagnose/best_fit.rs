@@ -24,7 +24,7 @@ pub struct BestFit {
     pub predicted_m: Vec<Vec<Complex<f64>>>,
     /// Unbalance of each plane, kg·m.
     pub unbalance_kg_m: Vec<Complex<f64>>,
-    /// Covariance of its real and imaginary parts, plane by plane.
+    /// Covariance of its real and imaginary parts, plane by plane; no measure of their error where noise does not explain the misfit.
     pub unbalance_covariance: DMatrix<f64>,
     /// Unbalance of each plane in g·mm and degrees, with 95 % intervals.
     pub determined: PlaneUnbalances,

@@ -131,8 +131,8 @@ pub fn fitted<T>(
     }
 }
 
-/// A model with an effect more, by the fit of the model to readings, as [`fitted`] has it. An effect can take away damping, so that the
-/// model remembers longer than the one without it: it is then fitted anew with more speeds, as long as there are any.
+/// A model with an effect more, by the fit of the model to readings, as [`fitted`] has it. An effect can reduce the damping, so that free
+/// vibration lasts longer than in the model without it. The transient is then evaluated at more speeds, up to the last of [`SPEEDS`].
 ///
 /// # Errors
 /// If the machine is singular, or the effect cannot be fitted.

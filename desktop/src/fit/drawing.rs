@@ -1,4 +1,4 @@
-//! The state of the drawing that hypotheses are fitted on, and the shaft of it.
+//! The drawing that a fit takes as given: its deviations, the noise that goes with them, and its shaft.
 
 use std::sync::{Arc, OnceLock};
 

@@ -32,7 +32,7 @@ impl FoundBefore {
 }
 
 impl Fitter<'_> {
-    /// The same where the file of the rotor may have been fitted before: what it found is one more place to begin at.
+    /// The same for a rotor whose file an earlier fit may have written: bearings and drawing of that fit are one more start of the search.
     pub fn beginning_at(self, file: &Rotor) -> Self {
         Self { found_before: FoundBefore::of(file, &self.deviations).map(Into::into), ..self }
     }

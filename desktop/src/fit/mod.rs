@@ -114,6 +114,7 @@ pub struct Fitter<'a> {
     shafts: [OnceLock<Shaft>; SHAFT_KINDS],
     /// A length of the shaft beside those that are sought and stated.
     further: Option<Span>,
+    /// The file of the rotor, if an earlier fit wrote it.
     pub(crate) found_before: Option<Arc<FoundBefore>>,
     /// How far a search by this is.
     pub progress: Progress<'a>,

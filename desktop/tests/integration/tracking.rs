@@ -102,8 +102,8 @@ fn turned() -> Vec<(Plan, bool)> {
     (0..8).map(|k| half_a_year(928 + k, Change::PhaseReference { turn_deg: 15.0 })).collect()
 }
 
-/// All of them in a long test, as `tests/long` says by this name in the environment; else every second one.
-fn some<T>(all: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
+/// The records that a test takes: every second one in `tests/all`, all of them in `tests/long`, which sets `ROTOR_EDGE_LONG`.
+fn sampled<T>(all: impl IntoIterator<Item = T>) -> impl Iterator<Item = T> {
     all.into_iter().step_by(if std::env::var_os("ROTOR_EDGE_LONG").is_some() { 1 } else { 2 })
 }
 
@@ -288,14 +288,14 @@ mod slow {
 
     #[test]
     fn intervals_after_unstated_outage_with_new_machine_hold() {
-        let all = judged(some(overhauled()).collect());
+        let all = judged(overhauled());
         summary("before an outage", &all, all.iter().map(|j| j.before.clone()));
         let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
         println!("after an outage, {after}");
         assert!(after.coverage >= 0.85 && after.angle_coverage >= 0.85, "{after}");
         let is_restart = |j: &&Judged| matches!(j.events(), [one] if one.scope.restart);
         assert!(all.iter().all(|j| j.finds_its_event()), "an outage without an event");
-        assert!(all.iter().filter(is_restart).count() + 1 >= all.len(), "more than one is no restart");
+        assert!(all.iter().filter(is_restart).count() >= 7, "fewer than 7 of 8 restarts");
     }
 
     #[test]
@@ -316,7 +316,7 @@ mod slow {
 
     #[test]
     fn intervals_after_turned_phase_reference_hold() {
-        let all = judged(some(turned()).collect());
+        let all = judged(sampled(turned()).collect());
         summary("before a turned phase reference", &all, all.iter().map(|j| j.before.clone()));
         let after = Summary::of(all.iter().filter_map(|j| j.after.clone()));
         println!("after a turned phase reference, {after}");

@@ -81,8 +81,9 @@ impl Gaussian {
     }
 }
 
-/// Innovation of a measurement `y = C x + noise`: `y − C mean` with its covariance `S = L Lᵀ`. Everything is in units of it, so that the
-/// numbers of a measurement are independent of one another; matrices have a row for each component of the state.
+/// Innovation `y − C mean` of a measurement `y = C x + noise`, of covariance `S = L Lᵀ`. It is kept multiplied by `L⁻¹`: the covariance is
+/// then the unit matrix, and each number of the measurement updates the state by itself. Matrices have a row for each component of the
+/// state.
 pub struct Innovation {
     /// `(L⁻¹ C)ᵀ`.
     slope: DMatrix<f64>,
@@ -273,9 +274,18 @@ mod tests {
         assert!((log_likelihood - expected).abs() < 1e-10);
     }
 
-    /// Position and rate, the position measured twice: the smoother against a prior of both times.
+    /// Position and rate at two times, of which the position, or two combinations of both at once, are measured: filter and smoother
+    /// against a prior of both times.
     #[test]
     fn smoothed_rate_and_position_equal_joint_gaussian() {
+        let position = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        let combinations = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.3, -1.0]);
+        for (slope, measured) in [(position, vec![0.7, -1.1]), (combinations, vec![0.7, 0.2, -1.1, 0.6])] {
+            smoothed_equals_joint_gaussian(&slope, &DVector::from_vec(measured));
+        }
+    }
+
+    fn smoothed_equals_joint_gaussian(slope: &DMatrix<f64>, measured: &DVector<f64>) {
         let step = Transition {
             keep: DVector::from_row_slice(&[1.0, 0.8]),
             reach: vec![(0, 1, 0.9)],
@@ -284,17 +294,18 @@ mod tests {
         };
         let transition = DMatrix::from_row_slice(2, 2, &[1.0, 0.9, 0.0, 0.8]);
         let start = Gaussian { mean: DVector::zeros(2), covariance: DMatrix::identity(2, 2) * 2.0 };
-        let measured = [0.7, -1.1];
+        let (numbers, variance) = (slope.nrows(), 0.5);
         let mut at = start.clone();
-        let mut visits = Vec::new();
-        for (k, y) in measured.iter().enumerate() {
+        let (mut visits, mut log_likelihood) = (Vec::new(), 0.0);
+        for k in 0..2 {
             if k > 0 {
                 at = at.predicted(&step);
             }
             let predicted = at.clone();
-            let slope = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
-            let left = DVector::from_element(1, y - at.mean[0]);
-            let innovation = Innovation::new(&at, &slope, &left, &DVector::from_element(1, 0.5)).unwrap();
+            let left = measured.rows(k * numbers, numbers) - slope * &at.mean;
+            let innovation =
+                Innovation::new(&at, slope, &left, &DVector::from_element(numbers, variance)).unwrap();
+            log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
             visits.push(FilterStep { seen: vec![innovation], predicted, filtered: at.clone() });
         }
@@ -307,17 +318,23 @@ mod tests {
         both.view_mut((2, 0), (2, 2)).copy_from(&moved);
         both.view_mut((0, 2), (2, 2)).copy_from(&moved.transpose());
         both.view_mut((2, 2), (2, 2)).copy_from(&second);
-        let seen = DMatrix::from_row_slice(2, 4, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        let spread = &seen * &both * seen.transpose() + DMatrix::identity(2, 2) * 0.5;
-        let gain = &both * seen.transpose() * spread.try_inverse().unwrap();
-        let mean = &gain * DVector::from_row_slice(&measured);
+        let mut seen = DMatrix::zeros(2 * numbers, 4);
+        seen.view_mut((0, 0), (numbers, 2)).copy_from(slope);
+        seen.view_mut((numbers, 2), (numbers, 2)).copy_from(slope);
+        let spread =
+            &seen * &both * seen.transpose() + DMatrix::identity(2 * numbers, 2 * numbers) * variance;
+        let log_det = spread.determinant().ln();
+        let precision = spread.try_inverse().unwrap();
+        let expected = -0.5 * (measured.dot(&(&precision * measured)) + log_det);
+        assert!((log_likelihood - expected).abs() < 1e-12);
+        let gain = &both * seen.transpose() * precision;
+        let mean = &gain * measured;
         let covariance = &both - &gain * &seen * &both;
-        for i in 0..2 {
-            assert!((first.mean[i] - mean[i]).abs() < 1e-12);
-            for j in 0..2 {
-                assert!((first.covariance[(i, j)] - covariance[(i, j)]).abs() < 1e-12);
-            }
-        }
+        // the filter has seen everything at the second time
+        assert!((&at.mean - mean.rows(2, 2)).amax() < 1e-12);
+        assert!((&at.covariance - covariance.view((2, 2), (2, 2))).amax() < 1e-12);
+        assert!((&first.mean - mean.rows(0, 2)).amax() < 1e-12);
+        assert!((&first.covariance - covariance.view((0, 0), (2, 2))).amax() < 1e-12);
         let cross = across(&visits[0], &step, &visits[1], &later[1], 0, 2);
         assert!((cross - covariance.view((2, 0), (2, 2))).amax() < 1e-12);
     }

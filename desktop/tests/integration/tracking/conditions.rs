@@ -5,8 +5,8 @@ use rotor_edge_desktop::measurement::{Condition, ConditionUnit};
 use rotor_edge_desktop::track::{ConditionEffect, Config, Method, track};
 
 use super::generator::{Plan, TURBINE};
+use super::sampled;
 use super::score::{Judged, Summary};
-use super::some;
 
 /// Change of the stiffness's logarithm for 10 °C.
 const PER_TEN: [f64; 2] = [-0.15, -0.10];
@@ -86,7 +86,7 @@ mod slow {
     #[test]
     fn intervals_hold_where_bearings_follow_temperature() {
         let of = |with_column: bool| -> Vec<Judged> {
-            let seeds: Vec<u64> = some(0..8).collect();
+            let seeds: Vec<u64> = sampled(0..8).collect();
             seeds.into_par_iter().map(|seed| followed(&plan(seed, PER_TEN), with_column)).collect()
         };
         let (with, without) = (of(true), of(false));
@@ -105,7 +105,7 @@ mod slow {
 
     #[test]
     fn irrelevant_temperature_is_used_in_no_record() {
-        let seeds: Vec<u64> = some(20..28).collect();
+        let seeds: Vec<u64> = sampled(20..28).collect();
         let all: Vec<Judged> =
             seeds.into_par_iter().map(|seed| followed(&plan(seed, [0.0; 2]), true)).collect();
         for j in &all {

@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use rotor_edge_desktop::diagnose::{DiagnosisVerdict, best_fit, diagnose};
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_tests::some;
+use rotor_edge_tests::sampled;
 
 use crate::machines::machine::{Machine, machines};
 
@@ -98,7 +98,7 @@ fn sound_machine_with_noise_correlation_0_8_names_no_effect() {
 #[test]
 fn a_noise_stated_wrong_by_half_either_way_changes_no_verdict() {
     let machines = ["single", "tolerance"].into_iter().flat_map(machines).step_by(5).chain(sound());
-    for m in some(2, machines) {
+    for m in sampled(2, machines) {
         let verdict = |by: f64| {
             let mut rotor = m.rotor.clone();
             if let Some(noise) = &mut rotor.noise {

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use crate::machines::machine::{Machine, diagnosed, machines};
 use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, diagnose};
-use rotor_edge_tests::some;
+use rotor_edge_tests::sampled;
 
 /// Of sixteen; 90 % would be fifteen. What is missed:
 /// - 12 (seal), 23 (disk mass): a factor on each of sixteen columns follows all but what 3 and 1 parameters cost;
@@ -13,8 +13,8 @@ use rotor_edge_tests::some;
 /// - 10 (bow): the kind that turns with the shaft is named, but at other places; the table's six rows leave 3 % of a
 ///   stiffness open between them.
 const NAMED: usize = 12;
-/// The same where the drawing says that its tables are good to a tenth; 12 is then undecided between a disk's mass and
-/// damping, and 10 as above. At a twentieth 12 is called a disk's mass, 94.7 % sure, which is wrong: its tables are off
+/// What is missed at most where the drawing says that its tables are good to a tenth: 12, undecided between a disk's mass and damping,
+/// and 10 as above, which are both among every second machine. At a twentieth 12 is called a disk's mass, 94.7 % sure, which is wrong: its tables are off
 /// by more where they have no rows.
 const MISSED_WITH_STATED_TABLES: usize = 2;
 const STATED_RELATIVE: f64 = 0.1;
@@ -48,7 +48,7 @@ fn tables_stated_to_10_percent_name_more_and_no_false_effects() {
         let answer = diagnose(&m.rotor, &m.readings).unwrap_or_else(|e| panic!("{}: {e}", m.name));
         (m, answer)
     };
-    let found: Vec<(Machine, Diagnosis)> = some(2, machines("table")).map(trusted).collect();
+    let found: Vec<(Machine, Diagnosis)> = sampled(2, machines("table")).map(trusted).collect();
     for (m, answer) in &found {
         let is_right = if m.truth.is_empty() {
             answer.verdict == DiagnosisVerdict::Adequate
