@@ -150,7 +150,7 @@ impl BaseModel<'_> {
         tried[..many].par_iter_mut().try_for_each(|t| {
             // the evidence of one that is beyond doubt less probable need not be exact
             if explained.as_ref().is_none_or(|by| t.evidence > by.least_evidence) {
-                self.take_own_noise(t)?;
+                self.take_own_noise(t);
             }
             self.fitter.progress.step();
             self.finish(t)
@@ -334,7 +334,7 @@ impl BaseModel<'_> {
 
     fn settled(&self, mut t: CandidateFit) -> Result<CandidateFit, Error> {
         self.take_own_drawing(&mut t, f64::INFINITY)?;
-        self.take_own_noise(&mut t)?;
+        self.take_own_noise(&mut t);
         self.finish(&mut t)?;
         Ok(t)
     }
@@ -360,14 +360,13 @@ impl BaseModel<'_> {
     }
 
     /// Settles noise and drawing errors together with a candidate whose drawing errors are settled under the noise as stated.
-    fn take_own_noise(&self, t: &mut CandidateFit) -> Result<(), Error> {
+    fn take_own_noise(&self, t: &mut CandidateFit) {
         let with = self.hypothesis.with(t.placed);
-        let (fit, own) = self.fitter.under_own_scatter(&with, t.fit.clone(), t.drawing(self).as_it_is())?;
+        let (fit, own) = self.fitter.under_own_scatter(&with, t.fit.clone(), t.drawing(self).as_it_is());
         t.evidence = self.fitter.evidence(&self.fit, &fit);
         let in_stated_noise = std::mem::replace(&mut t.fit, fit);
         t.in_stated_noise = t.own_drawing.replace(Arc::new(own)).map(|before| (in_stated_noise, before));
         t.is_settled = true;
-        Ok(())
     }
 
     /// Adds uncertainties, and says whether physics allows the parameters.

@@ -189,7 +189,7 @@ impl<'a> BaseModel<'a> {
             (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search, before)?;
         }
         let in_stated_noise = (fit.clone(), Arc::new(drawing.as_it_is()));
-        let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing)?;
+        let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing);
         let drawing = Arc::new(drawing);
         Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
     }
@@ -205,7 +205,7 @@ impl<'a> BaseModel<'a> {
         let (mut fit, drawing) = if t.is_settled {
             (t.fit.clone(), own)
         } else {
-            let (fit, own) = fitter.under_own_scatter(&with, t.fit.clone(), own.as_it_is())?;
+            let (fit, own) = fitter.under_own_scatter(&with, t.fit.clone(), own.as_it_is());
             (fit, Arc::new(own))
         };
         let SearchFit { hypothesis, around, there, .. } =

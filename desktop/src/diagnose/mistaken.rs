@@ -67,6 +67,8 @@ struct MistakeSearch {
     drawing: Drawing,
     amplitudes: Amplitudes,
     cost: f64,
+    /// Where it is, search coordinates.
+    x: Vec<f64>,
 }
 
 impl MistakeSearch {
@@ -78,14 +80,18 @@ impl MistakeSearch {
         let start = [rough.x];
         let fit = fitter.fit(&hypothesis, &start, &drawing, Effort::Rough, Some(&rough.amplitudes))?;
         let cost = fitter.cost_under_own_scatter(&fit, &drawing);
-        Ok(Self { drawing, amplitudes: fit.amplitudes, cost })
+        Ok(Self { drawing, amplitudes: fit.amplitudes, cost, x: fit.x })
     }
 
     /// How much less the model of a file costs than the one as it is, and where, search coordinates: from there, or from the usual
-    /// starts.
+    /// starts. A glance begins as the file states it and where the model as it is ended.
     fn gain(&self, fitter: &Fitter, from: Option<&[f64]>, effort: Effort) -> Option<(f64, Vec<f64>)> {
-        let (hypothesis, starts) = of_file(fitter).ok()?;
-        let starts = from.map_or_else(|| starts.to_vec(), |x| vec![x.to_vec()]);
+        let (hypothesis, usual) = of_file(fitter).ok()?;
+        let starts = match from {
+            Some(x) => vec![x.to_vec()],
+            None if effort == Effort::Glance => vec![usual[0].clone(), self.x.clone()],
+            None => usual.to_vec(),
+        };
         let drawing = self.drawing.of_another();
         let fit = fitter.fit(&hypothesis, &starts, &drawing, effort, Some(&self.amplitudes)).ok()?;
         // a glance is only to see from where to go on: its own scatter could only lower the cost

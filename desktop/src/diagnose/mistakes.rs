@@ -222,6 +222,17 @@ impl Mistake {
         }
     }
 
+    /// The probe that it is about, if it is one alone.
+    pub fn probe(&self) -> Option<usize> {
+        match self {
+            Self::ProbePosition(numbers) | Self::ProbeAngle(numbers) | Self::AngleInRadians(numbers) => {
+                numbers.first().copied().filter(|_| numbers.len() == 1)
+            }
+            Self::NegatedSine(p) => Some(*p),
+            _ => None,
+        }
+    }
+
     /// What kind of mistake it is, a few words for a list of what cannot be told apart.
     pub fn label(&self, rotor: &Rotor) -> String {
         let at = |numbers: &[usize]| match numbers {

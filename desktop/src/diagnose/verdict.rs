@@ -106,15 +106,20 @@ impl<'a> DiagnosisEvidence<'a, '_> {
             return say(DiagnosisVerdict::Undecided, why, left);
         }
         if let Some(group) = self.ranking.groups.first() {
-            if let Some(why) = self.some_probe(group) {
-                return conclude(DiagnosisVerdict::Undecided, why, left, true);
-            }
             let others: Vec<&String> = group.iter().filter(|other| **other != label).collect();
             let from = match others[..] {
                 [other] if other == NONE_OF_THESE => "a cause outside the list".into(),
                 [other] => other.clone(),
                 _ => format!("{} other candidates", others.len()),
             };
+            if let Some(words) = best.misreading(base).filter(|_| self.one_probe(group).is_some()) {
+                let why = format!("{words}. The data cannot tell this from {from}.");
+                let said = conclude(DiagnosisVerdict::Undecided, why, left, true)?;
+                return Ok(Conclusion { bad_probe: self.one_probe(group), ..said });
+            }
+            if let Some(why) = self.some_probe(group) {
+                return conclude(DiagnosisVerdict::Undecided, why, left, true);
+            }
             let why =
                 format!("An effect is missing. {label} fits best, but the data cannot tell it from {from}.");
             return conclude(DiagnosisVerdict::Undecided, why, left, true);
@@ -122,6 +127,22 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         let why = best.missing_in_words(base, self.ranking.probabilities[0]);
         let said = conclude(DiagnosisVerdict::Missing, why, left, true)?;
         Ok(Conclusion { bad_probe: best.probe(base), ..said })
+    }
+
+    /// The probe that all of these candidates and mistakes are about, if there is one.
+    fn one_probe(&self, labels: &[String]) -> Option<String> {
+        let rotor = self.base.fitter.rotor;
+        let probe = |label: &String| {
+            let candidate = self.tried.iter().find(|t| t.placed.label(rotor) == *label);
+            let mistake = || self.mistaken.fits.iter().find(|m| m.mistake.label(rotor) == *label);
+            match candidate {
+                Some(t) => t.probe(self.base),
+                None => mistake()?.mistake.probe().map(|p| rotor.probe[p].name.clone()),
+            }
+        };
+        let mut probes = labels.iter().map(probe);
+        let first = probes.next()??;
+        probes.all(|other| other.as_ref() == Some(&first)).then_some(first)
     }
 
     /// The sentence on candidates that are all faults of probes; `None` where one of them is of the machine.

@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 
 use super::hypothesis::Hypothesis;
 use super::{Drawing, Fit, Fitter};
-use crate::error::Error;
 use crate::statistics::between_runs::RunErrors;
 use crate::statistics::scatter::Scatter;
 use crate::statistics::whitening::Whitening;
@@ -15,15 +14,8 @@ const ROUNDS: usize = 3;
 impl Fitter<'_> {
     /// Fits anew, from a fit, under the most probable scatter of its residuals. The search begins from what the rotor's file
     /// remembers of an earlier one; the prior stays centred at the noise as stated, so that no data count twice.
-    ///
-    /// # Errors
-    /// If the machine is singular at the fit.
-    pub fn under_own_scatter(
-        &self,
-        hypothesis: &Hypothesis,
-        fit: Fit,
-        drawing: Drawing,
-    ) -> Result<(Fit, Drawing), Error> {
+    /// The last fit stands where the machine is singular in the noise that it leaves.
+    pub fn under_own_scatter(&self, hypothesis: &Hypothesis, fit: Fit, drawing: Drawing) -> (Fit, Drawing) {
         let (mut fit, mut drawing) = (fit, drawing);
         let mut remembered = self.rotor.noise.map(|noise| noise.scatter()).filter(|s| *s != Scatter::STATED);
         for _ in 0..ROUNDS {
@@ -33,11 +25,12 @@ impl Fitter<'_> {
             if found.is_near(&drawing.scatter()) {
                 break;
             }
-            drawing = drawing.under(about.scattered(found));
+            let in_it = drawing.under(about.scattered(found));
             // the drawing's errors with it: held linear, they turn a straight valley into a bent one that takes many steps
-            (fit, drawing) = self.on_nearby_common_optimum(hypothesis, &fit, drawing)?;
+            let Ok(next) = self.on_nearby_common_optimum(hypothesis, &fit, in_it) else { break };
+            (fit, drawing) = next;
         }
-        Ok((fit, drawing))
+        (fit, drawing)
     }
 
     /// [`Fit::cost`] as it would be under the most probable scatter of its residuals, bearings and effects as they are.

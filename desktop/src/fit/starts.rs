@@ -15,7 +15,7 @@ const SAME_PLACE: f64 = 0.05;
 const STRENGTHS: [f64; 2] = [1.0, 0.1];
 
 /// Runs of a first look.
-pub const GLANCE: usize = 2;
+pub const GLANCE: usize = 1;
 pub const ALL: usize = SCOUTS.len();
 
 /// Moves a problem to the best end of the first so many short runs from these starts. The less promising half of them is given up after
