@@ -5,7 +5,8 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::base::{BaseModel, CandidateFit, explains};
-use super::screening::{NoiseLimit, PRIOR_COST, Screening};
+use super::explained::{ExplainedData, OtherExplanation};
+use super::screening::{NoiseLimit, Screening};
 use crate::effects::Place;
 use crate::error::Error;
 use crate::fit::hypothesis::PlacedEffect;
@@ -22,35 +23,22 @@ const SETTLED_FIRST: usize = 2;
 /// Candidates that are fitted to all of many readings.
 const LIKELY: usize = 16;
 
-/// The data as a candidate explains them.
-struct ExplainedData {
-    /// Evidence below which another candidate is beyond doubt less probable. Where none explains the data, noise that takes the rest for its
-    /// own can change all by as much.
-    least_evidence: f64,
-    /// Cost of data, bearings and drawing above which another candidate is beyond doubt less probable, whatever its noise.
-    most: f64,
-}
-
-impl ExplainedData {
-    fn by(t: &CandidateFit) -> Self {
-        let doubtful = -2.0 * NEGLIGIBLE.ln();
-        // a candidate whose noise is fitted too is judged by the logarithm of its cost; the margin is doubled, as it may have fewer unknowns
-        let cost = t.fit.chi2 + PRIOR_COST * t.fit.x.len() as f64;
-        let most = cost * (2.0 * doubtful / t.fit.values as f64).exp();
-        Self { least_evidence: t.evidence - doubtful, most }
-    }
-}
-
 impl BaseModel<'_> {
     /// Every candidate on top of the model, strongest evidence first, those that physics rules out last.
     pub fn try_all(&self) -> Result<Vec<CandidateFit>, Error> {
-        self.refined(self.attempts(usize::MAX)?)
+        self.try_all_or(&mut || Ok(None))
+    }
+
+    /// The same where something else may explain the data: it is asked for where the likeliest candidates do not, and where it does, the
+    /// search for those that are beyond doubt less probable ends early.
+    pub fn try_all_or(&self, otherwise: OtherExplanation) -> Result<Vec<CandidateFit>, Error> {
+        self.refined(self.attempts(usize::MAX)?, otherwise)
     }
 
     /// What may be worth adding to a model that has an effect already, strongest evidence first: of many readings, those candidates that
     /// are worth most on a part of them, with noise and drawing errors of the best settled.
     pub fn try_likely(&self) -> Result<Vec<CandidateFit>, Error> {
-        self.refined(self.attempts(LIKELY)?)
+        self.refined(self.attempts(LIKELY)?, &mut || Ok(None))
     }
 
     /// The same candidates, compared in the noise and drawing of the search: enough to choose what is worth settling, which takes ten
@@ -136,15 +124,20 @@ impl BaseModel<'_> {
     }
 
     /// Candidates with the best of them refined, strongest evidence first.
-    fn refined(&self, mut tried: Vec<CandidateFit>) -> Result<Vec<CandidateFit>, Error> {
+    fn refined(
+        &self,
+        mut tried: Vec<CandidateFit>,
+        otherwise: OtherExplanation,
+    ) -> Result<Vec<CandidateFit>, Error> {
         strongest_first(&mut tried);
         let mut many = REFINED.min(tried.len());
         self.fitter.progress.plan(many);
-        let mut explained = self.on_own_drawings(&mut tried[..many], None)?;
+        let mut explained = self.on_own_drawings(&mut tried[..many], None, otherwise)?;
         if explained.as_ref().is_none_or(|by| by.least_evidence < 0.0) {
             let further = self.likely_on_own_drawing(&mut tried[many..]);
             self.fitter.progress.plan(further);
-            explained = self.on_own_drawings(&mut tried[many..many + further], explained)?;
+            explained =
+                self.on_own_drawings(&mut tried[many..many + further], explained, &mut || Ok(None))?;
             many += further;
         }
         tried[..many].par_iter_mut().try_for_each(|t| {
@@ -164,18 +157,22 @@ impl BaseModel<'_> {
         Ok(tried)
     }
 
-    /// Settles the drawing's errors together with each of these candidates, of which the likeliest come first. What the best of them, or one
-    /// that was settled before, makes of the data, if it explains them.
+    /// Settles the drawing's errors together with each of these candidates, of which the likeliest come first. What the best of them, or
+    /// something else, makes of the data, if it explains them.
     fn on_own_drawings(
         &self,
         tried: &mut [CandidateFit],
         before: Option<ExplainedData>,
+        otherwise: OtherExplanation,
     ) -> Result<Option<ExplainedData>, Error> {
         // of an exact drawing nothing is settled that would be worth ending early
         let first = if self.fitter.drawing_is_exact() { tried.len() } else { SETTLED_FIRST.min(tried.len()) };
         let (first, rest) = tried.split_at_mut(first);
-        let first = self.on_own_drawings_below(first, before)?;
-        self.on_own_drawings_below(rest, first)
+        let explained = match self.on_own_drawings_below(first, before)? {
+            None => otherwise()?,
+            by_candidate => by_candidate,
+        };
+        self.on_own_drawings_below(rest, explained)
     }
 
     /// The same, where the search ends early for candidates that are beyond doubt less probable than the one before.
@@ -188,7 +185,8 @@ impl BaseModel<'_> {
         let noise: Result<Vec<Scatter>, Error> =
             tried.par_iter_mut().map(|t| self.take_own_drawing(t, most)).collect();
         let best = tried.iter().zip(noise?).max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
-        let best = best.filter(|(_, noise)| explains(noise, self)).map(|(t, _)| ExplainedData::by(t));
+        let best = best.filter(|(_, noise)| explains(noise, self));
+        let best = best.map(|(t, _)| ExplainedData::by(&t.fit, t.evidence));
         let all = best.into_iter().chain(before);
         Ok(all.max_by(|a, b| a.least_evidence.total_cmp(&b.least_evidence)))
     }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use nalgebra::DMatrix;
 
 use super::answer::{Advice, Candidate, Diagnosis, DiagnosisVerdict, SURE, TooFast};
-use super::base::{BaseModel, CandidateFit};
+use super::base::{BaseModel, CandidateFit, explains};
 use super::mistaken::{MistakeComparison, mistaken_unit};
 use super::planes::PlaneUnbalances;
 use super::rank::Ranking;
@@ -305,12 +305,22 @@ impl<'a> BaseModel<'a> {
     /// Compares known effects, an unknown cause, mistakes in the files, and no missing effect by their evidence. Mistakes are not
     /// sought where probably nothing is missing.
     pub fn weighed(&self, readings: &[Reading], noise: &Noise) -> Result<ModelComparison, Error> {
-        let tried = self.try_all()?;
+        let (mut sought, is_noise) = (None, explains(&self.drawing.scatter(), self));
+        let tried = self.try_all_or(&mut || {
+            if is_noise {
+                return Ok(None);
+            }
+            let mistaken = sought.insert(MistakeComparison::beside(self, None, readings, noise)?);
+            Ok(mistaken.fits.iter().find_map(|m| m.explained))
+        })?;
         let unknown = UnknownCauseFit::beside(self)?;
         let ranking = |mistaken| rank::rank(self, &tried, tried.len(), Some(unknown.evidence), mistaken);
         let (mut mistaken, mut weighed) = (MistakeComparison::none(), ranking(None));
         if weighed.nothing_missing < PRIOR {
-            mistaken = MistakeComparison::beside(self, tried.first(), readings, noise)?;
+            mistaken = match sought {
+                Some(found) => found,
+                None => MistakeComparison::beside(self, tried.first(), readings, noise)?,
+            };
             weighed = ranking(Some(&mistaken));
         }
         Ok(ModelComparison { tried, unknown, mistaken, ranking: weighed })

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::answer::{RIVAL, SuspectedMistake};
 use super::base::{BaseModel, CandidateFit, explains, of_file};
+use super::explained::ExplainedData;
 use super::mistakes::Mistake;
 use super::screening::{ENOUGH_FOR_MISTAKES, chosen};
 use crate::error::Error;
@@ -37,8 +38,8 @@ pub struct MistakeFit {
     /// For it over the files as they are: twice the logarithm of the Bayes factor.
     pub evidence: f64,
     pub chi2_per_value: f64,
-    /// Whether the noise that is left can be the noise that was stated.
-    pub explains: bool,
+    /// What it makes of the data, if the noise that is left can be the noise that was stated.
+    pub explained: Option<ExplainedData>,
 }
 
 /// Every mistake that was tried.
@@ -279,11 +280,12 @@ impl Files<'_, '_> {
         let without = BaseModel::fit(&fitter).ok()?;
         let unknowns = usize::from(!mistake.sizes(own.rotor).is_empty());
         let scatter = without.drawing.scatter();
+        let evidence = own.sizes.evidence(self.base.fit.cost - without.fit.cost, unknowns);
         Some(MistakeFit {
             by,
-            evidence: own.sizes.evidence(self.base.fit.cost - without.fit.cost, unknowns),
+            evidence,
             chi2_per_value: without.closest().chi2_per_value(),
-            explains: explains(&scatter, &without),
+            explained: explains(&scatter, &without).then(|| ExplainedData::by(&without.fit, evidence)),
             mistake,
         })
     }

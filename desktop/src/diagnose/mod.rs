@@ -15,6 +15,7 @@ mod best_fit;
 pub(crate) mod checks;
 mod diagnosis;
 mod evidence;
+mod explained;
 mod held_out;
 mod holding;
 mod improve;

@@ -192,7 +192,8 @@ impl<'a> DiagnosisEvidence<'a, '_> {
         if let Some(unit) = self.unit {
             return Some(unit.clone());
         }
-        let all = self.mistaken.fits.iter().zip(&self.ranking.mistakes).filter(|(m, _)| m.explains);
+        let all =
+            self.mistaken.fits.iter().zip(&self.ranking.mistakes).filter(|(m, _)| m.explained.is_some());
         let (fit, probability) = all.max_by(|a, b| a.1.total_cmp(b.1))?;
         (*probability > 0.5).then(|| SuspectedMistake {
             words: fit.mistake.words(self.base.fitter.rotor, fit.by),

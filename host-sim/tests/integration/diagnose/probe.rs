@@ -43,7 +43,7 @@ fn two_probes_that_cannot_be_told_apart_are_both_named() {
 #[test]
 fn probe_that_looks_elsewhere_is_named_whatever_the_reason() {
     let rotor = include_str!("../../../../tests/machines/single/case-018/rotor.toml");
-    let case = Case::new(&rotor.replace("exact = true", ""), "");
+    let case = Case::new(&rotor.replace("[tolerance]\nexact = true\n", ""), "");
     let phase = ["--with", "probe_calibration@DEX", "--set", "gain=1", "--set", "phase=-0.2618"];
     let rest = ["--speeds", "600..4200:30", "--seed", "1", "--drawing-error", "1", "--force"];
     let simulated = rotor_edge(&[&["simulate", &case.rotor, "-o", &case.data], &phase[..], &rest].concat());

@@ -11,7 +11,7 @@ use rotor_edge_desktop::plan::{EffectPlan, Plan, PlanRequest, plan};
 use rotor_edge_desktop::rotor_file;
 use rotor_edge_desktop::unbalance::phasor_kg_m;
 use rotor_edge_desktop::units::rad_s;
-use rotor_edge_tests::repository;
+use rotor_edge_tests::{repository, sampled};
 
 use super::noise::normal;
 
@@ -56,7 +56,7 @@ fn planned_probability_is_that_of_simulated_diagnoses() {
     let mut rotor = rotor_file::read(&repository("tests/machines/single/case-004/rotor.toml")).unwrap();
     rotor.run.clear();
     let mut differences = Vec::new();
-    for probability in [0.5, 0.9] {
+    for probability in sampled(2, [0.9, 0.5]) {
         let request = PlanRequest {
             speeds_rpm: (0..31).map(|k| 500.0 + 4700.0 * f64::from(k) / 30.0).collect(),
             runs: None,
