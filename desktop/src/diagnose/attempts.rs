@@ -81,7 +81,9 @@ impl BaseModel<'_> {
     /// # Errors
     /// If the machine is singular.
     pub fn can_leave_only_noise_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
-        let Some(part) = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)? else {
+        let possible = self.possible();
+        let places = possible.iter().map(|a| a.place);
+        let Some(part) = Screening::beside(self.fitter, &self.hypothesis, &self.search.1, places)? else {
             return Ok(true);
         };
         let (on_part, on_all) = (part.noise_limit(noise), self.noise_limit(noise)?);
@@ -91,7 +93,7 @@ impl BaseModel<'_> {
             let on_all = |x| on_all.place_of_fit(self.fitter, &with, &[x], &self.search.1.amplitudes);
             place.and_then(on_all).is_some()
         };
-        Ok(self.possible().into_par_iter().any(can))
+        Ok(possible.into_par_iter().any(can))
     }
 
     /// Fits of candidates; of many readings on a part first, and those of the `kept` that are worth most there on all. Those beyond
@@ -100,8 +102,9 @@ impl BaseModel<'_> {
         let (screened, possible) = self.screened(self.possible());
         let progress = &self.fitter.progress;
         progress.plan(possible.len());
+        let places = possible.iter().map(|a| a.place);
+        let part = Screening::beside(self.fitter, &self.hypothesis, &self.search.1, places)?;
         let told = possible.into_par_iter().inspect(|_| progress.step());
-        let part = Screening::beside(self.fitter, &self.hypothesis, &self.search.1)?;
         let mut tried: Vec<CandidateFit> = match part {
             None => told.filter_map(|a| self.attempt(a).ok()).collect(),
             Some(part) => {

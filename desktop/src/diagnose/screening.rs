@@ -1,13 +1,16 @@
 //! A first look at candidates, on a part of many readings.
 //!
 //! What a candidate is worth takes as many evaluations for ten readings as for a thousand, and neighbouring speeds of one run say
-//! nearly the same of where its parameters are. So they are sought on a part of the readings that holds every run; from there the
-//! fit to all takes a few steps.
+//! nearly the same of where its parameters are. So they are sought on a part of the readings; from there the fit to all takes a few
+//! steps. The part holds every run, or of many runs some that are spread over all.
+
+use std::collections::BTreeSet;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use crate::effects::Place;
 use crate::error::Error;
-use crate::fit::data::Amplitudes;
+use crate::fit::data::{Amplitudes, FitRow};
 use crate::fit::hypothesis::Hypothesis;
 use crate::fit::{Drawing, Effort, Fit, Fitter};
 use crate::statistics::scatter::Scatter;
@@ -22,6 +25,7 @@ pub const ENOUGH_FOR_MISTAKES: usize = 32;
 pub const PRIOR_COST: f64 = 9.0;
 /// Readings of a run that are taken at least, where it has as many.
 const LEAST_OF_RUN: usize = 2;
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 /// A part of the readings, with the model that candidates start from.
 pub struct Screening<'a> {
@@ -33,13 +37,21 @@ pub struct Screening<'a> {
 }
 
 impl<'a> Screening<'a> {
-    /// Beside the fit of a model; `None` if there are so few readings that all are looked at.
+    /// Beside the fit of a model, for candidates at these places; `None` if there are so few readings that all are looked at.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn beside(all: &Fitter<'a>, model: &Hypothesis, fit: &Fit) -> Result<Option<Self>, Error> {
+    pub fn beside(
+        all: &Fitter<'a>,
+        model: &Hypothesis,
+        fit: &Fit,
+        places: impl Iterator<Item = Place>,
+    ) -> Result<Option<Self>, Error> {
         let runs: Vec<usize> = all.data.rows.iter().map(|row| row.run).collect();
-        let chosen = chosen(&runs, enough_for_effects(all, model));
+        let places: Vec<Place> = model.effects.iter().map(|e| e.place).chain(places).collect();
+        let is_needed = |row: &&FitRow| row.listed.is_some_and(|k| places.contains(&Place::Run(k)));
+        let needed: Vec<usize> = all.data.rows.iter().filter(is_needed).map(|row| row.run).collect();
+        let chosen = chosen(&runs, &needed, enough_for_effects(all, model));
         if 2 * chosen.len() > all.data.rows.len() {
             return Ok(None);
         }
@@ -137,14 +149,17 @@ fn enough_for_effects(all: &Fitter, model: &Hypothesis) -> usize {
 }
 
 /// About so many of many readings, whose runs these are: of every run, its ends and, evenly spread, what lies between those of other
-/// runs, which are often measured at the same speeds.
-pub fn chosen(runs: &[usize], enough: usize) -> Vec<usize> {
+/// runs, which are often measured at the same speeds. Of more runs than so many readings can hold, some, and those that are `needed`.
+pub fn chosen(runs: &[usize], needed: &[usize], enough: usize) -> Vec<usize> {
     let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); runs.iter().max().map_or(0, |last| last + 1)];
     runs.iter().enumerate().for_each(|(r, run)| of_run[*run].push(r));
     let mut chosen: Vec<usize> = Vec::new();
     let count = of_run.len();
-    for (run, own) in of_run.into_iter().enumerate() {
-        let share = (enough * own.len()).div_ceil(runs.len());
+    let taken = spread(count, needed, enough.div_ceil(LEAST_OF_RUN));
+    let all: usize = taken.iter().map(|run| of_run[*run].len()).sum();
+    for run in taken {
+        let own = &of_run[run];
+        let share = (enough * own.len()).div_ceil(all);
         let many = share.max(LEAST_OF_RUN).min(own.len());
         let last = own.len().saturating_sub(1);
         let between = |k: usize| if k == 0 { 0 } else { k * last + run * last / count };
@@ -152,6 +167,18 @@ pub fn chosen(runs: &[usize], enough: usize) -> Vec<usize> {
     }
     chosen.sort_unstable();
     chosen
+}
+
+/// At most so many of `count` runs, in order, and the `needed` ones beside them. They are spread by multiples of the golden ratio, which
+/// follow no order that weights are put on in.
+fn spread(count: usize, needed: &[usize], most: usize) -> BTreeSet<usize> {
+    if count <= most {
+        return (0..count).collect();
+    }
+    let multiple = |k: usize| (k as f64 * GOLDEN_RATIO).fract();
+    let mut taken: BTreeSet<usize> = (0..most).map(|k| (multiple(k) * count as f64) as usize).collect();
+    taken.extend(needed);
+    taken
 }
 
 #[cfg(test)]
@@ -186,8 +213,9 @@ mod tests {
             let (start, drawing) = ([model.bearings.stated()], fitter.exact_drawing());
             let fit = fitter.fit(&model, &start, &drawing, Effort::Search, Some(&fitter.still())).unwrap();
             assert_eq!(leaves_no_more(&fitter, &fit, &drawing, &asked), expected, "{noise:?} {asked:?}");
-            let part =
-                Screening::beside(&fitter, &model, &fit).unwrap().expect("a part of two hundred readings");
+            let part = Screening::beside(&fitter, &model, &fit, std::iter::empty())
+                .unwrap()
+                .expect("a part of two hundred readings");
             let found = part.where_only_noise_is_left(&model, &start, &part.noise_limit(&asked));
             assert_eq!(found.is_some(), expected, "{noise:?} {asked:?}");
         }
@@ -197,7 +225,7 @@ mod tests {
     fn screened_readings_hold_both_ends_of_every_run() {
         let runs: Vec<usize> = [0; 900].into_iter().chain([1; 5]).chain([2]).collect();
         let enough = 120;
-        let chosen = chosen(&runs, enough);
+        let chosen = chosen(&runs, &[], enough);
         let of_first = chosen.iter().filter(|r| **r < 900).count();
         assert!((enough - 2..=enough).contains(&of_first), "{of_first}");
         assert_eq!((chosen[0], chosen[of_first - 1]), (0, 899));
@@ -207,10 +235,24 @@ mod tests {
     #[test]
     fn screened_readings_of_equal_runs_lie_between_one_another() {
         let runs: Vec<usize> = [[0; 41], [1; 41]].concat();
-        let chosen = chosen(&runs, 18);
+        let chosen = chosen(&runs, &[], 18);
         let of_run = |run: usize| chosen.iter().filter(move |r| *r / 41 == run).map(|r| r % 41);
         let [first, second]: [Vec<usize>; 2] = [of_run(0).collect(), of_run(1).collect()];
         assert_eq!(first, [0, 5, 10, 15, 20, 25, 30, 35, 40]);
         assert_eq!(second, [0, 7, 12, 17, 22, 27, 32, 37, 40]);
+    }
+
+    #[test]
+    fn of_many_runs_some_are_chosen_and_those_that_are_needed() {
+        // two readings a run, weights in two planes in turn
+        let runs: Vec<usize> = (0..170).map(|r| r / 2).collect();
+        let chosen = chosen(&runs, &[1, 50], 30);
+        let taken: BTreeSet<usize> = chosen.iter().map(|r| r / 2).collect();
+        assert_eq!(chosen.len(), 2 * taken.len());
+        assert!((15..=17).contains(&taken.len()) && taken.contains(&1) && taken.contains(&50), "{taken:?}");
+        let of_first = taken.iter().filter(|run| *run % 2 == 0).count();
+        assert!((5..=12).contains(&of_first), "{taken:?}");
+        let farthest = taken.iter().zip(taken.iter().skip(1)).map(|(a, b)| b - a).max();
+        assert!(farthest < Some(15), "{taken:?}");
     }
 }
