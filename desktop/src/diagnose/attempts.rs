@@ -41,10 +41,24 @@ impl BaseModel<'_> {
         self.refined(self.attempts(LIKELY)?, &mut || Ok(None))
     }
 
+    /// The same candidates where one of the likeliest explains the data, or the model itself does; else as [`Self::try_likely_unsettled`] has
+    /// them, as none of them is the last word.
+    pub fn try_likely_settled_if_explained(&self) -> Result<Vec<CandidateFit>, Error> {
+        let mut tried = self.attempts(LIKELY)?;
+        strongest_first(&mut tried);
+        let likeliest = SETTLED_FIRST.min(tried.len());
+        let is_explained = explains(&self.drawing.scatter(), self)
+            || self.on_own_drawings_below(&mut tried[..likeliest], None)?.is_some();
+        if is_explained { self.refined(tried, &mut || Ok(None)) } else { self.unsettled(tried) }
+    }
+
     /// The same candidates, compared in the noise and drawing of the search: enough to choose what is worth settling, which takes ten
     /// times as long where the drawing has tolerances.
     pub fn try_likely_unsettled(&self) -> Result<Vec<CandidateFit>, Error> {
-        let mut tried = self.attempts(LIKELY)?;
+        self.unsettled(self.attempts(LIKELY)?)
+    }
+
+    fn unsettled(&self, mut tried: Vec<CandidateFit>) -> Result<Vec<CandidateFit>, Error> {
         strongest_first(&mut tried);
         let many = REFINED.min(tried.len());
         // fits that stopped early can be far from what they are worth

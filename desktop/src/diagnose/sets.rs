@@ -54,7 +54,12 @@ fn best_set<'a>(
     let Some(mut beam) = Beam::of_one(base, tried, width) else { return Ok(None) };
     let mut added = 1;
     while added < effects {
-        let mut tried = vec![beam.lead.try_likely()?];
+        // beside other sets, candidates are compared in the noise and drawing of the search
+        let of_lead = match beam.others.is_empty() {
+            true => beam.lead.try_likely()?,
+            false => beam.lead.try_likely_settled_if_explained()?,
+        };
+        let mut tried = vec![of_lead];
         let places = beam.lead.possible().len();
         if rank(&beam.lead, &tried[0], places, None, None).nothing_missing >= SURE {
             break;
