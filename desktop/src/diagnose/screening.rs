@@ -4,7 +4,7 @@
 //! nearly the same of where its parameters are. So they are sought on a part of the readings; from there the fit to all takes a few
 //! steps. The part holds every run, or of many runs some that are spread over all.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -151,11 +151,13 @@ fn enough_for_effects(all: &Fitter, model: &Hypothesis) -> usize {
 /// About so many of many readings, whose runs these are: of every run, its ends and, evenly spread, what lies between those of other
 /// runs, which are often measured at the same speeds. Of more runs than so many readings can hold, some, and those that are `needed`.
 pub fn chosen(runs: &[usize], needed: &[usize], enough: usize) -> Vec<usize> {
-    let mut of_run: Vec<Vec<usize>> = vec![Vec::new(); runs.iter().max().map_or(0, |last| last + 1)];
-    runs.iter().enumerate().for_each(|(r, run)| of_run[*run].push(r));
+    let mut of_run: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    runs.iter().enumerate().for_each(|(r, run)| of_run.entry(*run).or_default().push(r));
+    let is_needed: Vec<bool> = of_run.keys().map(|run| needed.contains(run)).collect();
+    let of_run: Vec<Vec<usize>> = of_run.into_values().collect();
     let mut chosen: Vec<usize> = Vec::new();
     let count = of_run.len();
-    let taken = spread(count, needed, enough.div_ceil(LEAST_OF_RUN));
+    let taken = spread(&is_needed, enough.div_ceil(LEAST_OF_RUN));
     let all: usize = taken.iter().map(|run| of_run[*run].len()).sum();
     for run in taken {
         let own = &of_run[run];
@@ -169,15 +171,16 @@ pub fn chosen(runs: &[usize], needed: &[usize], enough: usize) -> Vec<usize> {
     chosen
 }
 
-/// At most so many of `count` runs, in order, and the `needed` ones beside them. They are spread by multiples of the golden ratio, which
-/// follow no order that weights are put on in.
-fn spread(count: usize, needed: &[usize], most: usize) -> BTreeSet<usize> {
+/// Numbers of at most so many runs, in order, and of those that are needed beside them. They are spread by multiples of the golden ratio,
+/// which follow no order that weights are put on in.
+fn spread(is_needed: &[bool], most: usize) -> BTreeSet<usize> {
+    let count = is_needed.len();
     if count <= most {
         return (0..count).collect();
     }
     let multiple = |k: usize| (k as f64 * GOLDEN_RATIO).fract();
     let mut taken: BTreeSet<usize> = (0..most).map(|k| (multiple(k) * count as f64) as usize).collect();
-    taken.extend(needed);
+    taken.extend((0..count).filter(|run| is_needed[*run]));
     taken
 }
 
@@ -254,5 +257,14 @@ mod tests {
         assert!((5..=12).contains(&of_first), "{taken:?}");
         let farthest = taken.iter().zip(taken.iter().skip(1)).map(|(a, b)| b - a).max();
         assert!(farthest < Some(15), "{taken:?}");
+    }
+
+    #[test]
+    fn runs_that_have_no_readings_left_are_not_chosen() {
+        // every fourth of 80 runs, as where runs are compared with one another
+        let runs: Vec<usize> = (0..40).map(|r| 4 * (r / 2)).collect();
+        assert_eq!(chosen(&runs, &[], 80).len(), runs.len());
+        let some = chosen(&runs, &[76], 20);
+        assert!((20..=22).contains(&some.len()) && some.contains(&38), "{some:?}");
     }
 }
