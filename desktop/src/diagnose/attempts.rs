@@ -41,14 +41,14 @@ impl BaseModel<'_> {
         self.refined(self.attempts(LIKELY)?, &mut || Ok(None))
     }
 
-    /// The same candidates where one of the likeliest explains the data, or the model itself does; else as [`Self::try_likely_unsettled`] has
-    /// them, as none of them is the last word.
+    /// The same candidates where the model or one of the likeliest explains the data. Where none does, the set still has to grow, and they are
+    /// as [`Self::try_likely_unsettled`] has them.
     pub fn try_likely_settled_if_explained(&self) -> Result<Vec<CandidateFit>, Error> {
         let mut tried = self.attempts(LIKELY)?;
         strongest_first(&mut tried);
-        let likeliest = SETTLED_FIRST.min(tried.len());
+        let mut likeliest = tried[..SETTLED_FIRST.min(tried.len())].to_vec();
         let is_explained = explains(&self.drawing.scatter(), self)
-            || self.on_own_drawings_below(&mut tried[..likeliest], None)?.is_some();
+            || self.on_own_drawings_below(&mut likeliest, None)?.is_some();
         if is_explained { self.refined(tried, &mut || Ok(None)) } else { self.unsettled(tried) }
     }
 

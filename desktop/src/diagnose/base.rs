@@ -16,6 +16,7 @@ use crate::machine::drawing::Rotor;
 use crate::statistics::scatter::Scatter;
 
 /// A candidate with its fit.
+#[derive(Clone)]
 pub struct CandidateFit {
     pub placed: PlacedEffect,
     pub fit: Fit,

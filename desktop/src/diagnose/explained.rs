@@ -1,4 +1,4 @@
-//! Data that something explains: what need not be sought any more beside it.
+//! The limits of a search beside a fit that explains the data.
 
 use super::screening::PRIOR_COST;
 use crate::error::Error;
@@ -19,12 +19,13 @@ impl ExplainedData {
     /// By a fit that leaves no more than noise, with this evidence over the model.
     pub fn by(fit: &Fit, evidence: f64) -> Self {
         let doubtful = -2.0 * NEGLIGIBLE.ln();
-        // a candidate whose noise is fitted too is judged by the logarithm of its cost; the margin is doubled, as it may have fewer unknowns
+        // where the noise is fitted too, evidence follows the logarithm of the cost; the margin is doubled, as another fit may have fewer
+        // unknowns
         let cost = fit.chi2 + PRIOR_COST * fit.x.len() as f64;
         let most = cost * (2.0 * doubtful / fit.values as f64).exp();
         Self { least_evidence: evidence - doubtful, most }
     }
 }
 
-/// Asks for the data as something else than a candidate explains them; nothing where nothing else does.
+/// Asks whether an explanation that is no candidate, such as a mistake in the files, explains the data.
 pub type OtherExplanation<'o> = &'o mut dyn FnMut() -> Result<Option<ExplainedData>, Error>;

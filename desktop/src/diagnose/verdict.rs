@@ -112,10 +112,10 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 [other] => other.clone(),
                 _ => format!("{} other candidates", others.len()),
             };
-            if let Some(words) = best.misreading(base).filter(|_| self.one_probe(group).is_some()) {
+            if let (Some(words), Some(probe)) = (best.misreading(base), self.one_probe(group)) {
                 let why = format!("{words}. The data cannot tell this from {from}.");
                 let said = conclude(DiagnosisVerdict::Undecided, why, left, true)?;
-                return Ok(Conclusion { bad_probe: self.one_probe(group), ..said });
+                return Ok(Conclusion { bad_probe: Some(probe), ..said });
             }
             if let Some(why) = self.some_probe(group) {
                 return conclude(DiagnosisVerdict::Undecided, why, left, true);

@@ -89,7 +89,7 @@ const AMPLITUDE_WEIGHT: f64 = 0.7;
 pub enum Effort {
     /// Bearings and effects as the start has them: only what is linear is solved for.
     Linear,
-    /// The first short runs from every start, and the best of their ends: to see from where to go on.
+    /// One short run from every start, and the best of their ends: to see from where to go on.
     Glance,
     /// Like `Search`, with the search ended early and the amplitudes at supports that depend on them only roughly settled: to
     /// see which effects are worth a closer look.

@@ -14,7 +14,7 @@ const ROUNDS: usize = 3;
 impl Fitter<'_> {
     /// Fits anew, from a fit, under the most probable scatter of its residuals. The search begins from what the rotor's file
     /// remembers of an earlier one; the prior stays centred at the noise as stated, so that no data count twice.
-    /// The last fit stands where the machine is singular in the noise that it leaves.
+    /// Where the search under a scatter ends at a singular machine, the fit before it stands.
     pub fn under_own_scatter(&self, hypothesis: &Hypothesis, fit: Fit, drawing: Drawing) -> (Fit, Drawing) {
         let (mut fit, mut drawing) = (fit, drawing);
         let mut remembered = self.rotor.noise.map(|noise| noise.scatter()).filter(|s| *s != Scatter::STATED);
@@ -25,9 +25,9 @@ impl Fitter<'_> {
             if found.is_near(&drawing.scatter()) {
                 break;
             }
-            let in_it = drawing.under(about.scattered(found));
+            let scattered = drawing.under(about.scattered(found));
             // the drawing's errors with it: held linear, they turn a straight valley into a bent one that takes many steps
-            let Ok(next) = self.on_nearby_common_optimum(hypothesis, &fit, in_it) else { break };
+            let Ok(next) = self.on_nearby_common_optimum(hypothesis, &fit, scattered) else { break };
             (fit, drawing) = next;
         }
         (fit, drawing)
@@ -60,5 +60,40 @@ impl Fitter<'_> {
     /// Noise whose scatter between runs is of what this fit predicts.
     pub(super) fn about(&self, whitening: &Whitening, fit: &Fit) -> Whitening {
         whitening.about(RunErrors::new(&self.data.runs_and_sigmas(), &fit.predicted_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fit::data::Data;
+    use crate::fit::hypothesis::Hypothesis;
+    use crate::fit::{Effort, Fitter};
+    use crate::machine::drawing::Noise;
+    use crate::simulate::{SimulationRequest, simulate};
+    use crate::statistics::scatter::Scatter;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn fit_stands_where_search_under_own_scatter_is_singular() {
+        let stated =
+            Noise { relative: 0.01, floor_um: 0.05, scale: None, correlation: None, between_runs: None };
+        let twice = Noise { relative: 0.02, floor_um: 0.1, ..stated };
+        let rotor = sample_rotor();
+        let speeds_rpm = (0..40).map(|k| 600.0 + 200.0 * f64::from(k)).collect();
+        let request = SimulationRequest { speeds_rpm, noise: Some(twice), seed: 3, ..Default::default() };
+        let readings = simulate(&rotor, &request).unwrap().readings;
+        let fitter = Fitter::new(&rotor, Data::new(&rotor, &stated, &readings));
+        let model = Hypothesis::drawn(&rotor, fitter.scales(None));
+        let start = [model.bearings.stated()];
+        let fit = fitter.fit(&model, &start, &fitter.exact_drawing(), Effort::Search, None).unwrap();
+        let (found, drawing) = fitter.under_own_scatter(&model, fit.clone(), fitter.exact_drawing());
+        assert!((1.6..2.4).contains(&drawing.scatter().scale), "{:?}", drawing.scatter());
+        assert!(found.chi2 < 0.5 * fit.chi2);
+        // no machine answers on bearings that are no numbers
+        let mut lost = fit.clone();
+        lost.x.iter_mut().for_each(|x| *x = f64::NAN);
+        let (found, drawing) = fitter.under_own_scatter(&model, lost, fitter.exact_drawing());
+        assert_eq!((found.chi2, found.weighted), (fit.chi2, fit.weighted));
+        assert_eq!(drawing.scatter(), Scatter::STATED);
     }
 }
