@@ -39,7 +39,7 @@ impl Tracking<'_> {
         if problem.own().any(|(_, day)| !same_speed(day.speed_rad_s, last.speed_rad_s)) {
             return None;
         }
-        let now = &found.pass.visits.last()?.filtered;
+        let now = &found.pass.visits.last()?.filtered();
         let machine = FollowedMachine::of(rotor);
         let at = |speed_rad_s: f64| {
             let point = machine.at(speed_rad_s).ok()?;

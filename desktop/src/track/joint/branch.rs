@@ -30,7 +30,7 @@ impl JointProblem {
         pass: &Pass,
         is_read: bool,
     ) -> Option<Branch> {
-        let state = pass.visits.last()?.filtered.clone();
+        let state = pass.visits.last()?.filtered();
         Some(Branch { weight, layout: self.layout.clone(), motion: motion.clone(), state, is_read })
     }
 }

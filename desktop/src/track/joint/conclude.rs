@@ -13,6 +13,7 @@ use super::regressor::OtherPart;
 use super::scan::days;
 use super::scope::{EventAt, Instrument};
 use super::search::{AssumedEvent, EventHistory, PossibleHistory, Rival};
+use super::state::MarginalState;
 
 type C = Complex<f64>;
 
@@ -39,7 +40,7 @@ pub struct RivalHistory {
     /// Its probability relative to the most probable history.
     pub weight: f64,
     /// Smoothed states, under the conditions of their days.
-    pub smoothed: Vec<Gaussian>,
+    pub states: Vec<MarginalState>,
     /// The filter at the end.
     pub end: Branch,
 }
@@ -89,7 +90,8 @@ impl JointProblem {
                 factor: self.changed_factor(less.change, &smoothed),
             });
             let end = self.branch(less.evidence.exp(), &less.motion, &pass, true)?;
-            rivals.push(RivalHistory { weight: end.weight, smoothed: self.under_conditions(smoothed), end });
+            let states = (0..).zip(&smoothed).map(|(k, state)| self.marginal(k, state)).collect();
+            rivals.push(RivalHistory { weight: end.weight, states, end });
         }
         if let Some(other) = &other_part {
             rivals.push(self.with_other_part(&all_changes, other)?);
@@ -166,7 +168,7 @@ impl JointProblem {
             let is_read = !matches!(rival, Rival::Unexplained);
             Some(RivalHistory {
                 weight,
-                smoothed: self.under_conditions(pass.smoothed(&pass.later())),
+                states: self.marginals(&pass),
                 end: self.branch(weight, &history.motion, &pass, is_read)?,
             })
         };

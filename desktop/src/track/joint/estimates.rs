@@ -9,10 +9,10 @@ use super::coordinate::Coordinate;
 use super::kalman::Gaussian;
 use super::passes::JointProblem;
 use super::scope::Scope;
-use super::state::Layout;
+use super::state::{Layout, MarginalState};
 use crate::statistics::interval::HALF_95;
 use crate::track::answer::{CredibleIntervals, Flag, FlagCause, Interval, ReadingEstimate, Reidentified};
-use crate::track::coefficients::{FollowedNumber, Logs};
+use crate::track::coefficients::FollowedNumber;
 use crate::track::daily::{self, TrackedRecord, Tracking};
 use crate::track::detector::{ReadingResidual, largest};
 use crate::track::record::Day;
@@ -37,12 +37,12 @@ impl Tracking<'_> {
         let mut filter_states = Vec::new();
         for (k, day) in problem.own() {
             let under = |state: &Gaussian| layout.known_under(state, &day.conditions);
-            let rivals = found.rivals.iter().map(|rival| (rival.weight, &rival.smoothed[k]));
+            let rivals = found.rivals.iter().map(|rival| (rival.weight, &rival.states[k]));
             let state = &under(&found.smoothed[k]);
             let found_now = of_state(layout, day, &self.bearing_of, state, rivals.collect());
             let Some(mut estimate) = found_now else { continue };
             estimate.suspicious = found.pass.impossible[k];
-            let filtered = &under(&found.pass.visits[k].filtered);
+            let filtered = &under(&found.pass.visits[k].filtered());
             filter_states.push(layout.filter_states(
                 filtered,
                 &day.weights_kg_m,
@@ -114,7 +114,7 @@ pub(super) fn of_state(
     day: &Day,
     bearing_of: &[usize],
     state: &Gaussian,
-    rivals: Vec<(f64, &Gaussian)>,
+    rivals: Vec<(f64, &MarginalState)>,
 ) -> Option<ReadingEstimate> {
     let mut estimate =
         daily::estimate(day, bearing_of, &layout.logs(&state.mean), layout.unbalance(&state.mean))?;
@@ -160,37 +160,34 @@ fn suspect(scope: Scope, numbers: &[FollowedNumber], before: &[f64], after: &[f6
 fn spread(
     layout: &Layout,
     state: &Gaussian,
-    rivals: Vec<(f64, &Gaussian)>,
+    rivals: Vec<(f64, &MarginalState)>,
     weights_kg_m: &[C],
 ) -> CredibleIntervals {
-    let all: Vec<(f64, &Gaussian)> = std::iter::once((1.0, state)).chain(rivals).collect();
-    let sds: Vec<(f64, Logs, Logs)> =
-        all.iter().map(|(w, s)| (*w, layout.logs(&s.mean), layout.logs_sd(&s.covariance))).collect();
-    let log = |i: usize| {
-        interval(
-            &sds.iter()
-                .map(|(w, at, sd)| MixturePart { weight: *w, at: at[i], sd: sd[i] })
-                .collect::<Vec<_>>(),
-        )
+    let own = layout.marginal(state);
+    let all: Vec<(f64, &MarginalState)> = std::iter::once((1.0, &own)).chain(rivals).collect();
+    let part = |i: usize, (weight, s): &(f64, &MarginalState)| MixturePart {
+        weight: *weight,
+        at: s.logs[i],
+        sd: s.logs_sd[i],
     };
+    let log = |i: usize| interval(&all.iter().map(|one| part(i, one)).collect::<Vec<_>>());
     let weights = weights_kg_m.iter().enumerate();
     let (magnitude_kg_m, angle_rad) = weights.map(|(j, weight)| plane(layout, &all, j, *weight)).unzip();
     CredibleIntervals { logs: (0..layout.coefficients()).map(log).collect(), magnitude_kg_m, angle_rad }
 }
 
 /// Intervals of a plane's magnitude, kg·m, and angle, rad, unwrapped around the first state's, with a weight in the plane.
-fn plane(layout: &Layout, states: &[(f64, &Gaussian)], j: usize, weight: C) -> (Interval, Interval) {
-    let own = layout.coordinate(&states[0].1.mean, j);
+fn plane(layout: &Layout, states: &[(f64, &MarginalState)], j: usize, weight: C) -> (Interval, Interval) {
+    let (own, _) = states[0].1.coordinates[j];
     let angle = (layout.planes[j].unbalance(own) + weight).arg();
     let is_relative = matches!(layout.planes[j], Coordinate::Relative { .. }) && weight == C::from(0.0);
     let (mut sizes, mut angles) = (Vec::new(), Vec::new());
     for (share, state) in states.iter().copied() {
-        let z = layout.coordinate(&state.mean, j);
+        let (z, [real, both, imaginary]) = state.coordinates[j];
         let unbalance = layout.planes[j].unbalance(z) + weight;
-        let c = |a: usize, b: usize| state.covariance[(2 * j + a, 2 * j + b)];
         // along a direction of the coordinate
         let sd = |d: C| {
-            let variance = d.re * d.re * c(0, 0) + 2.0 * d.re * d.im * c(0, 1) + d.im * d.im * c(1, 1);
+            let variance = d.re * d.re * real + 2.0 * d.re * d.im * both + d.im * d.im * imaginary;
             variance.max(0.0).sqrt()
         };
         // turned the short way from the first state's

@@ -9,6 +9,7 @@ use super::conclude::SmoothedHistory;
 use super::estimates::of_state;
 use super::kalman::Gaussian;
 use super::passes::JointProblem;
+use super::state::MarginalState;
 use crate::error::Error;
 use crate::forecast::filter_state::FilterState;
 use crate::machine::drawing::{Noise, Rotor};
@@ -103,8 +104,11 @@ impl Follower {
         }
         let states: Vec<Gaussian> = self.branches.iter().map(|b| b.under(&day.conditions)).collect();
         let (own, is_impossible) = (&self.branches[0], impossible[0]);
-        let rivals = self.branches.iter().zip(&states).skip(1).map(|(b, state)| (b.weight, state));
-        let mut estimate = of_state(&own.layout, day, &self.bearing_of, &states[0], rivals.collect())?;
+        let rivals = self.branches.iter().zip(&states).skip(1);
+        let rivals: Vec<(f64, MarginalState)> =
+            rivals.map(|(b, state)| (b.weight, b.layout.marginal(state))).collect();
+        let rivals = rivals.iter().map(|(weight, state)| (*weight, state)).collect();
+        let mut estimate = of_state(&own.layout, day, &self.bearing_of, &states[0], rivals)?;
         estimate.suspicious = is_impossible;
         let filter_states = own.layout.filter_states(&states[0], &day.weights_kg_m, &own.motion, self.pace_d);
         estimate.unbalance_kg_m.iter_mut().zip(&day.weights_kg_m).for_each(|(u, weight)| *u += weight);
@@ -145,7 +149,7 @@ mod tests {
         }
         let pass = problem.filter(&found.motion, &[], &points).unwrap();
         for (visit, state) in pass.visits[known.len()..].iter().zip(&states) {
-            let filtered = &visit.filtered;
+            let filtered = visit.filtered();
             assert!((&filtered.mean - &state.mean).amax() < 1e-9 * filtered.mean.amax());
             assert!((&filtered.covariance - &state.covariance).amax() < 1e-9 * filtered.covariance.amax());
         }

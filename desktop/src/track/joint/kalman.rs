@@ -5,6 +5,8 @@
 //! predicted, the smoothed state is `a + P r` with covariance `P − P N P`. No covariance is inverted, and the
 //! same two numbers say how much a shock at that time would have explained.
 
+use std::borrow::Borrow;
+
 use nalgebra::{DMatrix, DVector};
 
 #[derive(Debug, Clone)]
@@ -167,21 +169,46 @@ pub struct BackwardPass {
     pub information: DMatrix<f64>,
 }
 
-/// The filter at one time.
+/// The filter at one time. The filtered state is worked out anew where it is asked for: of long records its covariances would be a
+/// third of the memory.
 pub struct FilterStep {
     pub predicted: Gaussian,
     /// The measurements, in the order in which they were taken in.
     pub seen: Vec<Innovation>,
-    pub filtered: Gaussian,
+}
+
+impl FilterStep {
+    /// The state with these measurements.
+    pub fn filtered(&self) -> Gaussian {
+        self.seen.iter().fold(self.predicted.clone(), |state, innovation| innovation.update(&state))
+    }
+
+    /// The columns of its covariance from `at` on, `size` of them.
+    fn filtered_columns(&self, at: usize, size: usize) -> DMatrix<f64> {
+        let mut columns = self.predicted.covariance.columns(at, size).into_owned();
+        for seen in self.seen.iter().flat_map(|innovation| innovation.seen.column_iter()) {
+            columns.ger(-1.0, &seen, &seen.rows(at, size), 1.0);
+        }
+        columns
+    }
 }
 
 /// The backward pass at each prediction; `steps[k]` leads from time `k` to `k + 1`.
-pub fn later(visits: &[FilterStep], steps: &[Transition]) -> Vec<BackwardPass> {
-    let size = visits[0].filtered.mean.len();
+pub fn later(visits: &[FilterStep], steps: &[impl Borrow<Transition>]) -> Vec<BackwardPass> {
+    backward(visits, steps, |_, _, at| at.clone())
+}
+
+/// What is `taken` from the backward pass at each prediction, by number.
+pub fn backward<T>(
+    visits: &[FilterStep],
+    steps: &[impl Borrow<Transition>],
+    taken: impl Fn(usize, &FilterStep, &BackwardPass) -> T,
+) -> Vec<T> {
+    let size = visits[0].predicted.mean.len();
     let mut at = BackwardPass { score: DVector::zeros(size), information: DMatrix::zeros(size, size) };
     let mut all = Vec::with_capacity(visits.len());
     for (k, visit) in visits.iter().enumerate().rev() {
-        if let Some(step) = steps.get(k) {
+        if let Some(step) = steps.get(k).map(Borrow::borrow) {
             let mut score = DMatrix::from_columns(&[at.score]);
             step.apply(&mut score, true);
             let mut information = step.on_both_sides(&at.information, true);
@@ -191,7 +218,7 @@ pub fn later(visits: &[FilterStep], steps: &[Transition]) -> Vec<BackwardPass> {
         for innovation in visit.seen.iter().rev() {
             at = innovation.before(at);
         }
-        all.push(at.clone());
+        all.push(taken(k, visit, &at));
     }
     all.reverse();
     all
@@ -206,7 +233,7 @@ pub fn across(
     at: usize,
     size: usize,
 ) -> DMatrix<f64> {
-    let moved = step.forward(before.filtered.covariance.columns(at, size).into_owned());
+    let moved = step.forward(before.filtered_columns(at, size));
     let seen = &later.information * &moved;
     moved.rows(at, size) - after.predicted.covariance.rows(at, size) * seen
 }
@@ -248,9 +275,9 @@ mod tests {
             let innovation = Innovation::new(&at, &one(1.0), &left, &DVector::from_element(1, r)).unwrap();
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
-            let seen = vec![innovation];
-            visits.push(FilterStep { predicted, seen, filtered: at.clone() });
+            visits.push(FilterStep { predicted, seen: vec![innovation] });
         }
+        assert_eq!(visits[n - 1].filtered().mean, at.mean);
         let steps = vec![step; n - 1];
         let later = later(&visits, &steps);
         let smoothed: Vec<Gaussian> =
@@ -307,7 +334,7 @@ mod tests {
                 Innovation::new(&at, slope, &left, &DVector::from_element(numbers, variance)).unwrap();
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
-            visits.push(FilterStep { seen: vec![innovation], predicted, filtered: at.clone() });
+            visits.push(FilterStep { seen: vec![innovation], predicted });
         }
         let later = later(&visits, std::slice::from_ref(&step));
         let first = visits[0].predicted.smoothed(&later[0]);

@@ -1,12 +1,13 @@
 //! The record as the filter sees it, and runs of filter and smoother along it.
 
-use std::sync::OnceLock;
+use std::borrow::Borrow;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::kalman::{BackwardPass, FilterStep, Gaussian, Innovation, Transition, later};
+use super::kalman::{BackwardPass, FilterStep, Gaussian, Innovation, Transition, backward, later};
 use super::motion::ProcessModel;
 use super::scope::{EventAt, Scope};
 use super::state::{Layout, LinearReading};
@@ -85,7 +86,8 @@ pub type ConvergedPass = (Pass, Vec<DVector<f64>>);
 /// One run of the filter.
 pub struct Pass {
     pub visits: Vec<FilterStep>,
-    pub steps: Vec<Transition>,
+    /// Between visits; equal ones are one.
+    pub steps: Vec<Arc<Transition>>,
     pub log_likelihood: f64,
     pub impossible: Vec<bool>,
 }
@@ -100,11 +102,15 @@ impl Pass {
         self.visits.par_iter().zip(later).map(|(v, l)| v.predicted.smoothed(l)).collect()
     }
 
-    pub fn smoothed_means(&self, later: &[BackwardPass]) -> Vec<DVector<f64>> {
-        let mean =
-            |(v, l): (&FilterStep, &BackwardPass)| &v.predicted.mean + &v.predicted.covariance * &l.score;
-        self.visits.iter().zip(later).map(mean).collect()
+    pub fn smoothed_means(&self) -> Vec<DVector<f64>> {
+        smoothed_means(&self.visits, &self.steps)
     }
+}
+
+fn smoothed_means(visits: &[FilterStep], steps: &[impl Borrow<Transition>]) -> Vec<DVector<f64>> {
+    backward(visits, steps, |_, visit, later| {
+        &visit.predicted.mean + &visit.predicted.covariance * &later.score
+    })
 }
 
 impl JointProblem {
@@ -140,14 +146,24 @@ impl JointProblem {
         let mut at = layout.start(&self.guess, motion);
         let mut pass =
             Pass { visits: Vec::new(), steps: Vec::new(), log_likelihood: 0.0, impossible: Vec::new() };
+        let mut usual: Option<(f64, Arc<Transition>)> = None;
         for (k, (epoch, readings)) in self.epochs.iter().zip(linear).enumerate() {
             if k > 0 {
                 let paces = (epoch.time_d - self.epochs[k - 1].time_d) / self.pace_d;
                 let scope = changes.iter().find(|(at, _)| *at == k).map(|(_, scope)| *scope);
-                let step = match scope.and_then(|scope| self.restart_at(k, scope)) {
-                    Some(restart) => layout.restart(&restart.logs, &restart.coordinates, motion),
-                    None => layout.step(paces, motion, scope, self.described.contains(&k)),
+                let described = self.described.contains(&k);
+                let as_before =
+                    usual.as_ref().filter(|(of, _)| *of == paces && scope.is_none() && !described);
+                let step = match (as_before, scope.and_then(|scope| self.restart_at(k, scope))) {
+                    (Some((_, step)), _) => step.clone(),
+                    (_, Some(restart)) => {
+                        Arc::new(layout.restart(&restart.logs, &restart.coordinates, motion))
+                    }
+                    _ => Arc::new(layout.step(paces, motion, scope, described)),
                 };
+                if scope.is_none() && !described {
+                    usual = Some((paces, step.clone()));
+                }
                 at = at.predicted(&step);
                 pass.steps.push(step);
             }
@@ -166,7 +182,7 @@ impl JointProblem {
                 }
             }
             pass.impossible.push(impossible);
-            pass.visits.push(FilterStep { predicted, seen, filtered: at.clone() });
+            pass.visits.push(FilterStep { predicted, seen });
         }
         Some(pass)
     }
@@ -195,8 +211,10 @@ impl JointProblem {
         let mut pass = self.filter(motion, changes, &linearised_at)?;
         for _ in 0..ROUNDS {
             let point = |x: DVector<f64>| if at_rest { self.layout.at_rest(x) } else { x };
-            linearised_at = pass.smoothed_means(&pass.later()).into_iter().map(point).collect();
+            linearised_at = pass.smoothed_means().into_iter().map(point).collect();
             let before = pass.log_likelihood;
+            // one at a time, as passes are most of the memory
+            drop(pass);
             pass = self.filter(motion, changes, &linearised_at)?;
             if (pass.log_likelihood - before).abs() < SETTLED {
                 break;
@@ -215,7 +233,7 @@ impl JointProblem {
         let (at, all) = (self.layout.walk(), self.layout.coefficients());
         let part = |m: &DMatrix<f64>| m.view((at, at), (all, all)).into_owned();
         let start = Gaussian { mean: DVector::zeros(all), covariance: motion.settled() };
-        let own = |s: &Transition| Transition {
+        let own = |s: &Arc<Transition>| Transition {
             keep: s.keep.rows(at, all).into_owned(),
             reach: Vec::new(),
             shift: s.shift.rows(at, all).into_owned(),
@@ -239,11 +257,9 @@ impl JointProblem {
                     now = innovation.update(&now);
                     seen.push(innovation);
                 }
-                visits.push(FilterStep { predicted, seen, filtered: now.clone() });
+                visits.push(FilterStep { predicted, seen });
             }
-            let later = later(&visits, &steps);
-            for ((state, visit), later) in states.iter_mut().zip(&visits).zip(&later) {
-                let walk = &visit.predicted.mean + &visit.predicted.covariance * &later.score;
+            for (state, walk) in states.iter_mut().zip(smoothed_means(&visits, &steps)) {
                 state.mean.rows_mut(at, all).copy_from(&walk);
             }
         }

@@ -8,15 +8,15 @@
 use nalgebra::DVector;
 
 use super::conclude::RivalHistory;
-use super::kalman::Gaussian;
+use super::kalman::{BackwardPass, FilterStep, Gaussian, backward};
 use super::learn::{Learning, Until};
 use super::motion::ProcessModel;
-use super::passes::JointProblem;
+use super::passes::{JointProblem, Pass};
 use super::regressor::{OtherPart, Regressor};
 use super::scan::is_enough;
 use super::scope::EventAt;
 use super::search::{EventHistory, NEGLIGIBLE};
-use super::state::Layout;
+use super::state::{Layout, MarginalState};
 
 /// Part of the machine that a covariate may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,17 +165,25 @@ impl JointProblem {
         let found = self.converge(&other.motion, changes, &other.linearised_at, true);
         let weight = other.log_odds.exp();
         let found = found.and_then(|(pass, _)| {
-            let smoothed = self.under_conditions(pass.smoothed(&pass.later()));
-            Some(RivalHistory { weight, smoothed, end: self.branch(weight, &other.motion, &pass, true)? })
+            let states = self.marginals(&pass);
+            Some(RivalHistory { weight, states, end: self.branch(weight, &other.motion, &pass, true)? })
         });
         self.layout.regressors = own;
         found
     }
 
-    /// States under the conditions of their days.
-    pub(super) fn under_conditions(&self, states: Vec<Gaussian>) -> Vec<Gaussian> {
-        let conditions = |k: usize| self.epochs[k].own.as_ref().map_or(&[][..], |day| &day.conditions);
-        (0..).zip(&states).map(|(k, state)| self.layout.known_under(state, conditions(k))).collect()
+    /// What intervals take of a smoothed state, under the conditions of its day.
+    pub(super) fn marginal(&self, epoch: usize, state: &Gaussian) -> MarginalState {
+        let conditions = self.epochs[epoch].own.as_ref().map_or(&[][..], |day| &day.conditions);
+        self.layout.marginal(&self.layout.known_under(state, conditions))
+    }
+
+    /// The same of all states of a run of the filter.
+    pub(super) fn marginals(&self, pass: &Pass) -> Vec<MarginalState> {
+        let of = |k: usize, visit: &FilterStep, later: &BackwardPass| {
+            self.marginal(k, &visit.predicted.smoothed(later))
+        };
+        backward(&pass.visits, &pass.steps, of)
     }
 
     /// The parts that a covariate may change and does not yet, as regressors.

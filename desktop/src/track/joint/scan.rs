@@ -148,7 +148,7 @@ mod tests {
             let innovation = Innovation::new(&at, &one(1.0), &left, &DVector::from_element(1, 0.2)).unwrap();
             log_likelihood -= 0.5 * (innovation.squared + innovation.log_det);
             at = innovation.update(&at);
-            visits.push(FilterStep { seen: vec![innovation], predicted, filtered: at.clone() });
+            visits.push(FilterStep { seen: vec![innovation], predicted });
         }
         let later = later(&visits, &steps);
         (log_likelihood, later)

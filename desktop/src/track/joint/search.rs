@@ -260,32 +260,32 @@ impl JointProblem {
                 with = self.converge(&history.motion, &history.changes(), &with.1, false)?;
                 scan = self.scan(&history.motion, &others, &with, &epochs)?;
             }
-            // scopes lie too far apart for one linearisation to compare them
+            // scopes lie too far apart for one linearisation to compare them; the passes themselves would be most of the memory
+            let with = with.1;
             let epoch = history.events[i].change.0;
             let assumed = history.events[i].change.1;
             let explained = |scope: Scope| {
                 let changes: Vec<EventAt> = others.iter().copied().chain([(epoch, scope)]).collect();
                 // what begins at a restart already is near its optimum
                 let from = match scope.restart && assumed.restart {
-                    true => with.1.clone(),
-                    false => self.begin_with(scope, epoch, &with.1),
+                    true => with.clone(),
+                    false => self.begin_with(scope, epoch, &with),
                 };
-                Some((scope, self.converge(&history.motion, &changes, &from, false)?))
+                let (pass, points) = self.converge(&history.motion, &changes, &from, false)?;
+                Some((scope, pass.log_likelihood, points))
             };
             let scopes = history.events[i].scopes(self, &scan).into_par_iter();
-            let all: Vec<(Scope, ConvergedPass)> = scopes.map(explained).collect::<Option<_>>()?;
-            let likelihoods: Vec<(Scope, f64)> = all.iter().map(|(s, w)| (*s, w.0.log_likelihood)).collect();
-            let (scope, with) =
-                all.into_iter().max_by(|a, b| a.1.0.log_likelihood.total_cmp(&b.1.0.log_likelihood))?;
-            let without = self.without_event(history, &others, &with.1)?;
-            let reached = with.0.log_likelihood;
+            let all: Vec<(Scope, f64, Vec<DVector<f64>>)> = scopes.map(explained).collect::<Option<_>>()?;
+            let likelihoods: Vec<(Scope, f64)> = all.iter().map(|(scope, l, _)| (*scope, *l)).collect();
+            let (scope, reached, linearised_at) = all.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+            let without = self.without_event(history, &others, &linearised_at)?;
             let evidence = scan.evidence(reached - without.0.log_likelihood, self.epochs.len());
             if !is_enough(evidence) {
                 history.linearised_at = without.1;
                 history.events.remove(i);
                 continue;
             }
-            history.linearised_at = with.1;
+            history.linearised_at = linearised_at;
             // with as many free parameters as one speed has features, any event fits: its unbalance is then no more credible
             // than one that drifts on unseen
             let fits_anything = scope.unbalance

@@ -66,6 +66,15 @@ pub struct LinearReading {
     pub variance: DVector<f64>,
 }
 
+/// What intervals take of a state: of many explanations of a long record, whole covariances would be most of the memory.
+pub struct MarginalState {
+    /// Logarithms of the bearings and their standard deviations.
+    pub logs: Logs,
+    pub logs_sd: Logs,
+    /// Coordinates of the unbalance, and variance of the real part, covariance and variance of the imaginary part.
+    pub coordinates: Vec<(C, [f64; 3])>,
+}
+
 impl Layout {
     /// Number of real coordinates of the unbalance.
     pub fn flat(&self) -> usize {
@@ -149,6 +158,18 @@ impl Layout {
     /// Coordinate of a plane's unbalance.
     pub fn coordinate(&self, x: &DVector<f64>, plane: usize) -> C {
         C::new(x[2 * plane], x[2 * plane + 1])
+    }
+
+    pub fn marginal(&self, state: &Gaussian) -> MarginalState {
+        let coordinate = |j: usize| {
+            let c = |a: usize, b: usize| state.covariance[(2 * j + a, 2 * j + b)];
+            (self.coordinate(&state.mean, j), [c(0, 0), c(0, 1), c(1, 1)])
+        };
+        MarginalState {
+            logs: self.logs(&state.mean),
+            logs_sd: self.logs_sd(&state.covariance),
+            coordinates: (0..self.planes.len()).map(coordinate).collect(),
+        }
     }
 
     /// Unbalance of a state, kg·m.
