@@ -338,9 +338,8 @@ impl BaseModel<'_> {
     /// # Errors
     /// If the machine is singular at that fit.
     pub fn as_shown(&self, mut t: CandidateFit) -> Result<(CandidateFit, bool), Error> {
-        let left = t.drawing(self).scatter();
-        let explained = explains(&left, self);
-        if let Some((fit, own)) = t.in_stated_noise.take().filter(|_| left.is_most_correlated()) {
+        let explained = explains(&t.drawing(self).scatter(), self);
+        if let Some((fit, own)) = t.in_stated_noise.take() {
             (t.fit, t.own_drawing) = (fit, Some(own));
             self.finish(&mut t)?;
         }
@@ -379,8 +378,10 @@ impl BaseModel<'_> {
         let with = self.hypothesis.with(t.placed);
         let (fit, own) = self.fitter.under_own_scatter(&with, t.fit.clone(), t.drawing(self).as_it_is());
         t.evidence = self.fitter.evidence(&self.fit, &fit);
+        let is_most_correlated = own.scatter().is_most_correlated();
         let in_stated_noise = std::mem::replace(&mut t.fit, fit);
-        t.in_stated_noise = t.own_drawing.replace(Arc::new(own)).map(|before| (in_stated_noise, before));
+        let before = t.own_drawing.replace(Arc::new(own)).filter(|_| is_most_correlated);
+        t.in_stated_noise = before.map(|before| (in_stated_noise, before));
         t.is_settled = true;
     }
 

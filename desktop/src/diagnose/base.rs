@@ -29,7 +29,7 @@ pub struct CandidateFit {
     pub own_drawing: Option<Arc<Drawing>>,
     /// Whether noise and drawing's errors are both settled.
     pub is_settled: bool,
-    /// The fit on its drawing before its noise was settled.
+    /// The fit on its drawing before its noise was settled, where people see that one.
     pub in_stated_noise: Option<(Fit, Arc<Drawing>)>,
 }
 
@@ -40,9 +40,28 @@ impl CandidateFit {
 
     /// The fit that people see, as [`BaseModel::shown`] has it.
     pub fn shown(&self) -> &Fit {
-        let follows_nothing = self.own_drawing.as_ref().is_some_and(|own| own.scatter().is_most_correlated());
-        let before = self.in_stated_noise.as_ref().filter(|_| follows_nothing);
-        before.map_or(&self.fit, |(fit, _)| fit)
+        self.in_stated_noise.as_ref().map_or(&self.fit, |(fit, _)| fit)
+    }
+}
+
+/// A fit in the noise as stated.
+pub struct FitInStatedNoise {
+    /// Squared misfit in standard deviations as stated.
+    pub chi2: f64,
+    /// The fit and its drawing, where people see them. Of many models this would be most of the memory.
+    seen: Option<(Fit, Arc<Drawing>)>,
+}
+
+impl FitInStatedNoise {
+    /// Of a model whose noise is as stated, or is not asked for.
+    pub fn as_it_is(fit: &Fit) -> Self {
+        Self { chi2: fit.stated_chi2, seen: None }
+    }
+
+    /// Before noise of its own was settled, which is this.
+    fn before(fit: Fit, drawing: Drawing, own: &Scatter) -> Self {
+        let chi2 = fit.stated_chi2;
+        Self { chi2, seen: own.is_most_correlated().then(|| (fit, Arc::new(drawing))) }
     }
 }
 
@@ -54,8 +73,7 @@ pub struct BaseModel<'a> {
     pub stated: usize,
     pub drawing: Arc<Drawing>,
     pub fit: Fit,
-    /// The fit in the noise as stated, and its drawing.
-    pub in_stated_noise: (Fit, Arc<Drawing>),
+    pub in_stated_noise: FitInStatedNoise,
     /// Where candidates are searched: noise as stated, errors of the drawing taken as linear around the drawing as
     /// stated; for the most probable noise and errors of a model that lacks something make up for what it lacks.
     pub search: (Drawing, Fit),
@@ -69,7 +87,7 @@ pub struct FittedModel {
     stated: usize,
     drawing: Arc<Drawing>,
     fit: Fit,
-    in_stated_noise: (Fit, Arc<Drawing>),
+    in_stated_noise: FitInStatedNoise,
     search: (Drawing, Fit),
 }
 
@@ -168,7 +186,7 @@ impl<'a> BaseModel<'a> {
         let SearchFit { hypothesis, fit, exact: drawing, around, there } =
             SearchFit::of(fitter, hypothesis, &[start], Effort::Search)?;
         let drawing = Arc::new(drawing);
-        let in_stated_noise = (fit.clone(), drawing.clone());
+        let in_stated_noise = FitInStatedNoise::as_it_is(&fit);
         Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
     }
 
@@ -189,8 +207,9 @@ impl<'a> BaseModel<'a> {
             let before = before.map(|(x, deviation)| (rescaled(&file, &hypothesis, &x), deviation));
             (fit, drawing) = fitter.on_common_optimum(&hypothesis, &fit, &drawing, Effort::Search, before)?;
         }
-        let in_stated_noise = (fit.clone(), Arc::new(drawing.as_it_is()));
+        let before = (fit.clone(), drawing.as_it_is());
         let (fit, drawing) = fitter.under_own_scatter(&hypothesis, fit, drawing);
+        let in_stated_noise = FitInStatedNoise::before(before.0, before.1, &drawing.scatter());
         let drawing = Arc::new(drawing);
         Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
     }
@@ -201,7 +220,9 @@ impl<'a> BaseModel<'a> {
         let file = Hypothesis { scales: fitter.scales(None), ..with.clone() };
         let starts = [rescaled(&with, &file, &t.fit.x)];
         let Some(own) = t.own_drawing.clone() else {
-            return Self::fit_base(fitter, with, stated, &starts, None);
+            let base = Self::fit_base(fitter, with, stated, &starts, None)?;
+            let in_stated_noise = FitInStatedNoise::as_it_is(&base.fit);
+            return Ok(Self { in_stated_noise, ..base });
         };
         let (mut fit, drawing) = if t.is_settled {
             (t.fit.clone(), own)
@@ -212,7 +233,7 @@ impl<'a> BaseModel<'a> {
         let SearchFit { hypothesis, around, there, .. } =
             SearchFit::of(fitter, with.clone(), &starts, Effort::Search)?;
         (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &fit.x), None);
-        let in_stated_noise = (fit.clone(), drawing.clone());
+        let in_stated_noise = FitInStatedNoise::as_it_is(&fit);
         Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
     }
 
@@ -223,11 +244,17 @@ impl<'a> BaseModel<'a> {
             fitter: self.fitter,
             hypothesis: self.hypothesis.with(t.placed),
             stated: self.stated,
-            in_stated_noise: (t.fit.clone(), drawing.clone()),
+            in_stated_noise: FitInStatedNoise::as_it_is(&t.fit),
             drawing,
             fit: t.fit.clone(),
             search: (self.search.0.as_it_is(), t.fit.clone()),
         }
+    }
+
+    /// The model as far as candidates are sought beside it: of many models their own drawings would be most of the memory.
+    pub fn for_search(self) -> Self {
+        let (drawing, fit) = (Arc::new(self.search.0.as_it_is()), self.search.1.clone());
+        Self { in_stated_noise: FitInStatedNoise::as_it_is(&fit), drawing, fit, ..self }
     }
 
     /// Search coordinates of the file: its bearings, and its effects as far as they have been fitted.
@@ -283,10 +310,10 @@ impl<'a> BaseModel<'a> {
     /// The fit that people see, and its drawing: that under its own noise, unless this is as correlated as noise can be. Such noise takes
     /// what the model lacks for its own, and the fit need not follow the readings any more.
     pub fn shown(&self) -> (&Fit, &Arc<Drawing>) {
-        if self.drawing.scatter().is_most_correlated() {
-            return (&self.in_stated_noise.0, &self.in_stated_noise.1);
+        match &self.in_stated_noise.seen {
+            Some((fit, drawing)) => (fit, drawing),
+            None => (&self.fit, &self.drawing),
         }
-        (&self.fit, &self.drawing)
     }
 
     /// The file of the fit that people see.

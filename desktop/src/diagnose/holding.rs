@@ -1,6 +1,6 @@
 //! A fit with some parameters held where a file has them.
 
-use super::base::{BaseModel, same};
+use super::base::{BaseModel, FitInStatedNoise, same};
 use crate::effects::entry;
 use crate::error::Error;
 use crate::fit::hypothesis::PlacedEffect;
@@ -40,7 +40,7 @@ impl BaseModel<'_> {
             .fit_within(&start, bounds)?;
         // the search is another fit without the held parameters
         self.search.1 = fit.clone();
-        self.in_stated_noise = (fit.clone(), self.drawing.clone());
+        self.in_stated_noise = FitInStatedNoise::as_it_is(&fit);
         self.fit = fit;
         Ok(self)
     }

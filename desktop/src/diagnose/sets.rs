@@ -243,7 +243,8 @@ impl<'b, 'a> Beam<'b, 'a> {
         let most = if of_one { kept.len() } else { width };
         let mut sets = kept.into_iter().map(|(_, base)| base).take(most);
         let lead = sets.next()?;
-        Some(Self { lead, others: sets.map(|set| Followed::Settled(Box::new(set))).collect(), rivals })
+        let others = sets.map(|set| Followed::Settled(Box::new(set.for_search()))).collect();
+        Some(Self { lead, others, rivals })
     }
 
     /// The sets beside the best that are followed on, settled. Where the best leaves no more than this noise with another effect, those are

@@ -193,7 +193,7 @@ impl<'a> BaseModel<'a> {
             if !fitter.remembers_enough((readings, noise), &base.hypothesis, fit, drawing)? {
                 continue;
             }
-            let better = base.in_stated_noise.0.stated_chi2 < self.in_stated_noise.0.stated_chi2;
+            let better = base.in_stated_noise.chi2 < self.in_stated_noise.chi2;
             let found = FittedModel::from(base);
             return Ok(better.then_some((fitter, found)));
         }

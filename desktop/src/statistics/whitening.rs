@@ -51,7 +51,7 @@ pub struct Whitening {
     /// Between runs, readings whitened.
     between: RunAllowance,
     /// Weighted response per standard deviation of each deviation, as stated and with the scatter whitened.
-    stated: DMatrix<f64>,
+    stated: Arc<DMatrix<f64>>,
     deviations: Arc<Allowance>,
     /// Where the jacobian was taken, in standard deviations.
     centre: DVector<f64>,
@@ -62,8 +62,12 @@ pub struct Whitening {
 impl Whitening {
     /// From the response per standard deviation at `centre`.
     pub fn new(stated: DMatrix<f64>, centre: DVector<f64>, scattered: DataScatter) -> Self {
+        Self::sharing(Arc::new(stated), centre, scattered)
+    }
+
+    fn sharing(stated: Arc<DMatrix<f64>>, centre: DVector<f64>, scattered: DataScatter) -> Self {
         let between = scattered.between_runs();
-        let mut jacobian = stated.clone();
+        let mut jacobian = (*stated).clone();
         scattered.whiten_series(&mut jacobian);
         between.whiten(&mut jacobian);
         let deviations = Arc::new(Allowance::new(jacobian));
@@ -81,12 +85,12 @@ impl Whitening {
             let (stated, centre, log_det) = (self.stated.clone(), self.centre.clone(), self.log_det);
             return Self { scattered, between, stated, deviations, centre, log_det };
         }
-        Self::new(self.stated.clone(), self.centre.clone(), scattered)
+        Self::sharing(self.stated.clone(), self.centre.clone(), scattered)
     }
 
     /// The same where the noise as stated was so many times as large in each value.
     pub fn reweighed(&self, ratios: &DVector<f64>) -> Self {
-        let mut stated = self.stated.clone();
+        let mut stated = (*self.stated).clone();
         stated.column_iter_mut().for_each(|mut column| column.component_mul_assign(ratios));
         Self::new(stated, self.centre.clone(), self.scattered.clone())
     }
@@ -94,7 +98,7 @@ impl Whitening {
     /// The same with another scatter.
     pub fn scattered(&self, scatter: Scatter) -> Self {
         let scattered = DataScatter { scatter, ..self.scattered.clone() };
-        Self::new(self.stated.clone(), self.centre.clone(), scattered)
+        Self::sharing(self.stated.clone(), self.centre.clone(), scattered)
     }
 
     /// The same without deviations of the drawing.
@@ -106,7 +110,7 @@ impl Whitening {
     /// The same with further deviations of unit standard deviation, around zero.
     pub fn with(&self, further: &DMatrix<f64>) -> Self {
         let (own, more) = (self.stated.ncols(), further.ncols());
-        let mut stated = self.stated.clone().resize_horizontally(own + more, 0.0);
+        let mut stated = (*self.stated).clone().resize_horizontally(own + more, 0.0);
         stated.columns_mut(own, more).copy_from(further);
         let centre = self.centre.clone().resize_vertically(own + more, 0.0);
         Self::new(stated, centre, self.scattered.clone())
@@ -172,7 +176,7 @@ impl Whitening {
 
     /// Residuals of the drawing as stated, for those at `centre`.
     fn about_centre(&self, residual: &DVector<f64>) -> DVector<f64> {
-        if self.centre.is_empty() { residual.clone() } else { residual + &self.stated * &self.centre }
+        if self.centre.is_empty() { residual.clone() } else { residual + &*self.stated * &self.centre }
     }
 
     fn whitened_at_centre(&self, residual: &DVector<f64>) -> DMatrix<f64> {
@@ -187,7 +191,7 @@ impl Whitening {
         if deviations.is_empty() {
             return DVector::zeros(self.stated.nrows());
         }
-        &self.stated * (deviations - &self.centre)
+        &*self.stated * (deviations - &self.centre)
     }
 
     /// Most probable deviations, in standard deviations, for weighted residuals of the drawing at `centre`.
