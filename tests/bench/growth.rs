@@ -1,4 +1,4 @@
-//! How the work grows with readings, runs, bearings, shaft pieces and days: run by `tests/growth`.
+//! How work and memory grow with readings, runs, bearings, shaft pieces and days: run by `tests/growth`.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -118,19 +118,39 @@ fn cut(rotor: &Rotor, parts: usize) -> Rotor {
     cut
 }
 
+/// Largest memory of this process since the last call, MB; of systems that do not tell, not a number.
+fn peak_mb() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"));
+    // begins to count again
+    let is_reset = std::fs::write("/proc/self/clear_refs", "5").is_ok();
+    peak.filter(|_| is_reset).and_then(|kb| kb.parse().ok()).map_or(f64::NAN, |kb: f64| kb / 1e3)
+}
+
 /// Prints a series and tells whether responses grow by no more than the exponent `most`.
 fn series(what: &str, sizes: &[usize], most: f64, work: impl Fn(usize) -> Result<()>) -> Result<bool> {
-    println!("{what:>10}{:>12}{:>10}{:>12}{:>10}", "responses", "exponent", "seconds", "exponent");
+    println!(
+        "{what:>10}{:>12}{:>10}{:>12}{:>10}{:>10}",
+        "responses", "exponent", "seconds", "exponent", "peak MB"
+    );
     let mut before: Option<[f64; 3]> = None;
     let mut first = None;
     for size in sizes {
+        peak_mb();
         let (solved, began) = (solved_responses(), Instant::now());
         work(*size)?;
         let now = [*size as f64, (solved_responses() - solved) as f64, began.elapsed().as_secs_f64()];
         let exponent = |k: usize| {
             before.map_or(String::new(), |b| format!("{:.2}", (now[k] / b[k]).ln() / (now[0] / b[0]).ln()))
         };
-        println!("{size:>10}{:>12}{:>10}{:>12.2}{:>10}", now[1], exponent(1), now[2], exponent(2));
+        let peak = peak_mb();
+        println!(
+            "{size:>10}{:>12}{:>10}{:>12.2}{:>10}{peak:>10.0}",
+            now[1],
+            exponent(1),
+            now[2],
+            exponent(2)
+        );
         first = first.or(Some(now));
         before = Some(now);
     }

@@ -216,25 +216,13 @@ impl<'a> BaseModel<'a> {
 
     /// The model with a candidate: from the candidate's own fit where its drawing errors are settled already, else from the file.
     pub fn grown(&self, t: &CandidateFit) -> Result<Self, Error> {
-        let (fitter, stated, with) = (self.fitter, self.stated, self.hypothesis.with(t.placed));
-        let file = Hypothesis { scales: fitter.scales(None), ..with.clone() };
-        let starts = [rescaled(&with, &file, &t.fit.x)];
-        let Some(own) = t.own_drawing.clone() else {
-            let base = Self::fit_base(fitter, with, stated, &starts, None)?;
-            let in_stated_noise = FitInStatedNoise::as_it_is(&base.fit);
-            return Ok(Self { in_stated_noise, ..base });
-        };
-        let (mut fit, drawing) = if t.is_settled {
-            (t.fit.clone(), own)
-        } else {
-            let (fit, own) = fitter.under_own_scatter(&with, t.fit.clone(), own.as_it_is());
-            (fit, Arc::new(own))
-        };
-        let SearchFit { hypothesis, around, there, .. } =
-            SearchFit::of(fitter, with.clone(), &starts, Effort::Search)?;
-        (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &fit.x), None);
-        let in_stated_noise = FitInStatedNoise::as_it_is(&fit);
-        Ok(Self { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search: (around, there) })
+        self.unfitted_with(t).grown()
+    }
+
+    /// What the model with a candidate grows from.
+    pub fn unfitted_with(&self, t: &CandidateFit) -> UnfittedModel<'a> {
+        let Self { fitter, stated, .. } = *self;
+        UnfittedModel { fitter, stated, with: self.hypothesis.with(t.placed), tried: t.clone() }
     }
 
     /// The model with a candidate at the fit of the search, which shows what further effects could explain: nothing is fitted anew.
@@ -332,6 +320,40 @@ impl<'a> BaseModel<'a> {
     /// sqrt(Σ|Y_model − Y|² / Σ|Y|²).
     pub fn relative_error(&self, fit: &Fit) -> f64 {
         relative_error(&self.fitter.data, fit)
+    }
+}
+
+/// A model with a candidate before it is fitted, which does without the model that the candidate was sought beside.
+pub struct UnfittedModel<'a> {
+    fitter: &'a Fitter<'a>,
+    stated: usize,
+    with: Hypothesis<'a>,
+    tried: CandidateFit,
+}
+
+impl<'a> UnfittedModel<'a> {
+    /// As [`BaseModel::grown`].
+    pub fn grown(self) -> Result<BaseModel<'a>, Error> {
+        let Self { fitter, stated, with, tried: t } = self;
+        let file = Hypothesis { scales: fitter.scales(None), ..with.clone() };
+        let starts = [rescaled(&with, &file, &t.fit.x)];
+        let Some(own) = t.own_drawing else {
+            let base = BaseModel::fit_base(fitter, with, stated, &starts, None)?;
+            let in_stated_noise = FitInStatedNoise::as_it_is(&base.fit);
+            return Ok(BaseModel { in_stated_noise, ..base });
+        };
+        let (mut fit, drawing) = if t.is_settled {
+            (t.fit, own)
+        } else {
+            let (fit, own) = fitter.under_own_scatter(&with, t.fit, own.as_it_is());
+            (fit, Arc::new(own))
+        };
+        let SearchFit { hypothesis, around, there, .. } =
+            SearchFit::of(fitter, with.clone(), &starts, Effort::Search)?;
+        (fit.x, fit.covariance) = (rescaled(&with, &hypothesis, &fit.x), None);
+        let in_stated_noise = FitInStatedNoise::as_it_is(&fit);
+        let search = (around, there);
+        Ok(BaseModel { fitter, hypothesis, stated, drawing, fit, in_stated_noise, search })
     }
 }
 

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::answer::{RIVAL, SURE};
-use super::base::{BaseModel, CandidateFit, explains};
+use super::base::{BaseModel, CandidateFit, UnfittedModel, explains};
 use super::rank::{OUTSIDE, rank};
 use super::screening::leaves_no_more;
 use super::unknown::UnknownCauseFit;
@@ -78,7 +78,10 @@ fn best_set<'a>(
         let sets = std::iter::once(&beam.lead).chain(&others);
         let parents: Vec<(&BaseModel, &[CandidateFit])> =
             sets.zip(&tried).map(|(b, t)| (b, t.as_slice())).collect();
-        let Some(next) = Beam::grown(base, &parents, width, enough.as_ref()) else { break };
+        let chosen = ChosenSets::of(base, &parents, width, enough.as_ref());
+        // of many readings, sets of two sizes and their candidates would be most of the memory
+        drop((others, tried));
+        let Some(next) = chosen.and_then(|chosen| chosen.grown(base, width)) else { break };
         beam = next;
         added += 1;
     }
@@ -209,44 +212,6 @@ impl<'b, 'a> Beam<'b, 'a> {
         Some(Self { lead, others, rivals })
     }
 
-    /// The best sets with one effect more, by their evidence over the model that all began from; where one leaves no more than noise that is
-    /// `enough`, those alone that do.
-    fn grown(
-        start: &BaseModel<'a>,
-        parents: &[(&BaseModel<'a>, &[CandidateFit])],
-        width: usize,
-        enough: Option<&Scatter>,
-    ) -> Option<Self> {
-        let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
-        let mut children = children(start, parents);
-        let of_one = parents.len() == 1;
-        if let Some(noise) = enough {
-            children.retain(|(_, base, t)| leaves_no_more(base.fitter, &t.fit, t.drawing(base), noise));
-        }
-        let many = followed(&children, if of_one { width } else { SETTLED * width });
-        let settled = |(_, base, t): &Child<'_, 'a>| {
-            let base = base.grown(t).ok()?;
-            Some((base.is_physical().ok()?, base))
-        };
-        let mut kept: Vec<(bool, BaseModel)> = children[..many].par_iter().filter_map(settled).collect();
-        // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
-        kept.sort_by(|a, b| b.0.cmp(&a.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
-        let rivals = if of_one {
-            rivals(&children)?
-        } else {
-            // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
-            let near = evidence(&kept.first()?.1.fit) + 2.0 * RIVAL.ln();
-            let equals = kept.iter().filter(|(physical, base)| *physical && evidence(&base.fit) > near);
-            two_or_more(equals.map(|(_, base)| effect_labels(base).join(" + ")).collect())
-        };
-        // special cases were settled beside what they are cases of, and count from here on like any other
-        let most = if of_one { kept.len() } else { width };
-        let mut sets = kept.into_iter().map(|(_, base)| base).take(most);
-        let lead = sets.next()?;
-        let others = sets.map(|set| Followed::Settled(Box::new(set.for_search()))).collect();
-        Some(Self { lead, others, rivals })
-    }
-
     /// The sets beside the best that are followed on, settled. Where the best leaves no more than this noise with another effect, those are
     /// left out that leave more with every other one.
     fn others(&mut self, enough: Option<&Scatter>) -> Result<Vec<BaseModel<'a>>, Error> {
@@ -256,6 +221,63 @@ impl<'b, 'a> Beam<'b, 'a> {
             kept.extend(is_rival?.then_some(set));
         }
         Ok(kept.into_par_iter().filter_map(Followed::settled).collect())
+    }
+}
+
+/// Sets of one size that are worth settling, before they are.
+struct ChosenSets<'a> {
+    sets: Vec<UnfittedModel<'a>>,
+    /// Of sets that grew from one model, labels of those that rival the best.
+    rivals: Option<Vec<String>>,
+}
+
+impl<'a> ChosenSets<'a> {
+    /// The best sets with one effect more, by their evidence over the model that all began from; where one leaves no more than noise that is
+    /// `enough`, those alone that do. `None` if there is none.
+    fn of(
+        start: &BaseModel<'a>,
+        parents: &[(&BaseModel<'a>, &[CandidateFit])],
+        width: usize,
+        enough: Option<&Scatter>,
+    ) -> Option<Self> {
+        let mut children = children(start, parents);
+        if let Some(noise) = enough {
+            children.retain(|(_, base, t)| leaves_no_more(base.fitter, &t.fit, t.drawing(base), noise));
+        }
+        let of_one = parents.len() == 1;
+        let rivals = if of_one { Some(rivals(&children)?) } else { None };
+        let many = followed(&children, if of_one { width } else { SETTLED * width });
+        Some(Self {
+            sets: children[..many].iter().map(|(_, base, t)| base.unfitted_with(t)).collect(),
+            rivals,
+        })
+    }
+
+    /// These sets settled, and of them so many as are followed; `None` if there is none.
+    fn grown<'b>(self, start: &BaseModel<'a>, width: usize) -> Option<Beam<'b, 'a>> {
+        let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
+        let settled = |set: UnfittedModel<'a>| {
+            let base = set.grown().ok()?;
+            Some((base.is_physical().ok()?, base))
+        };
+        let mut kept: Vec<(bool, BaseModel)> = self.sets.into_par_iter().filter_map(settled).collect();
+        // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
+        kept.sort_by(|a, b| b.0.cmp(&a.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
+        // special cases were settled beside what they are cases of, and count from here on like any other
+        let most = if self.rivals.is_some() { kept.len() } else { width };
+        let rivals = match self.rivals {
+            Some(rivals) => rivals,
+            None => {
+                // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
+                let near = evidence(&kept.first()?.1.fit) + 2.0 * RIVAL.ln();
+                let equals = kept.iter().filter(|(physical, base)| *physical && evidence(&base.fit) > near);
+                two_or_more(equals.map(|(_, base)| effect_labels(base).join(" + ")).collect())
+            }
+        };
+        let mut sets = kept.into_iter().map(|(_, base)| base).take(most);
+        let lead = sets.next()?;
+        let others = sets.map(|set| Followed::Settled(Box::new(set.for_search()))).collect();
+        Some(Beam { lead, others, rivals })
     }
 }
 
