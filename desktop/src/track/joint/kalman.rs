@@ -58,6 +58,13 @@ impl Transition {
         both
     }
 
+    /// `Fᵀ r` of a score.
+    fn back(&self, score: DVector<f64>) -> DVector<f64> {
+        let mut column = DMatrix::from_columns(&[score]);
+        self.apply(&mut column, true);
+        column.column(0).into_owned()
+    }
+
     /// `F x + s` of a state.
     fn moved(&self, x: &DVector<f64>) -> DVector<f64> {
         let mut moved = x.component_mul(&self.keep) + &self.shift;
@@ -141,12 +148,18 @@ impl Innovation {
         now
     }
 
+    /// The score alone of [`Self::before`]: with D the slope, W what is seen and e what is left, r ← D e + (1 − D Wᵀ) r.
+    fn score_before(&self, mut score: DVector<f64>) -> DVector<f64> {
+        let unexplained = &self.left - self.seen.tr_mul(&score);
+        score.gemv(1.0, &self.slope, &unexplained, 1.0);
+        score
+    }
+
     /// One step of the backward pass, from the state after this measurement to that before it.
     fn before(&self, mut later: BackwardPass) -> BackwardPass {
-        // with D the slope, W what is seen and e what is left: r ← D e + (1 − D Wᵀ) r and N ← D Dᵀ + (1 − D Wᵀ) N (1 − W Dᵀ),
-        // which is N + D Hᵀ + H Dᵀ with H = D (1 + Wᵀ N W) / 2 − N W
-        let unexplained = &self.left - self.seen.tr_mul(&later.score);
-        later.score.gemv(1.0, &self.slope, &unexplained, 1.0);
+        // with D the slope and W what is seen: N ← D Dᵀ + (1 − D Wᵀ) N (1 − W Dᵀ), which is N + D Hᵀ + H Dᵀ with
+        // H = D (1 + Wᵀ N W) / 2 − N W
+        later.score = self.score_before(later.score);
         let mut half = &later.information * &self.seen;
         let mut twice = self.seen.tr_mul(&half);
         twice.iter_mut().step_by(self.left.len() + 1).for_each(|own| *own += 1.0);
@@ -209,16 +222,29 @@ pub fn backward<T>(
     let mut all = Vec::with_capacity(visits.len());
     for (k, visit) in visits.iter().enumerate().rev() {
         if let Some(step) = steps.get(k).map(Borrow::borrow) {
-            let mut score = DMatrix::from_columns(&[at.score]);
-            step.apply(&mut score, true);
             let mut information = step.on_both_sides(&at.information, true);
             make_symmetric(&mut information);
-            at = BackwardPass { score: score.column(0).into_owned(), information };
+            at = BackwardPass { score: step.back(at.score), information };
         }
         for innovation in visit.seen.iter().rev() {
             at = innovation.before(at);
         }
         all.push(taken(k, visit, &at));
+    }
+    all.reverse();
+    all
+}
+
+/// Means of the smoothed states, which need no information of what came later.
+pub fn smoothed_means(visits: &[FilterStep], steps: &[impl Borrow<Transition>]) -> Vec<DVector<f64>> {
+    let mut score = DVector::zeros(visits[0].predicted.mean.len());
+    let mut all = Vec::with_capacity(visits.len());
+    for (k, FilterStep { predicted, seen }) in visits.iter().enumerate().rev() {
+        if let Some(step) = steps.get(k).map(Borrow::borrow) {
+            score = step.back(score);
+        }
+        score = seen.iter().rev().fold(score, |score, innovation| innovation.score_before(score));
+        all.push(&predicted.mean + &predicted.covariance * &score);
     }
     all.reverse();
     all
@@ -282,6 +308,8 @@ mod tests {
         let later = later(&visits, &steps);
         let smoothed: Vec<Gaussian> =
             visits.iter().zip(&later).map(|(v, l)| v.predicted.smoothed(l)).collect();
+        let means: Vec<DVector<f64>> = smoothed.iter().map(|state| state.mean.clone()).collect();
+        assert_eq!(smoothed_means(&visits, &steps), means);
         // prior covariance of all five states, and of what is measured
         let prior = DMatrix::from_fn(n, n, |i, j| 4.0 + q * i.min(j) as f64);
         let all = &prior + DMatrix::identity(n, n) * r;

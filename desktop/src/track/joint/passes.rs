@@ -1,13 +1,12 @@
 //! The record as the filter sees it, and runs of filter and smoother along it.
 
-use std::borrow::Borrow;
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Complex, DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::kalman::{BackwardPass, FilterStep, Gaussian, Innovation, Transition, backward, later};
+use super::kalman::{BackwardPass, FilterStep, Gaussian, Innovation, Transition, later, smoothed_means};
 use super::motion::ProcessModel;
 use super::scope::{EventAt, Scope};
 use super::state::{Layout, LinearReading};
@@ -105,12 +104,6 @@ impl Pass {
     pub fn smoothed_means(&self) -> Vec<DVector<f64>> {
         smoothed_means(&self.visits, &self.steps)
     }
-}
-
-fn smoothed_means(visits: &[FilterStep], steps: &[impl Borrow<Transition>]) -> Vec<DVector<f64>> {
-    backward(visits, steps, |_, visit, later| {
-        &visit.predicted.mean + &visit.predicted.covariance * &later.score
-    })
 }
 
 impl JointProblem {
