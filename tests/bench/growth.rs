@@ -124,7 +124,7 @@ fn peak_mb() -> f64 {
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"));
     // begins to count again
     let is_reset = std::fs::write("/proc/self/clear_refs", "5").is_ok();
-    peak.filter(|_| is_reset).and_then(|kb| kb.parse().ok()).map_or(f64::NAN, |kb: f64| kb / 1e3)
+    peak.filter(|_| is_reset).and_then(|kb| kb.parse().ok()).map_or(f64::NAN, |kb: f64| 1.024e-3 * kb)
 }
 
 /// Prints a series and tells whether responses grow by no more than the exponent `most`.

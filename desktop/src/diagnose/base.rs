@@ -58,7 +58,7 @@ impl FitInStatedNoise {
         Self { chi2: fit.stated_chi2, seen: None }
     }
 
-    /// Before noise of its own was settled, which is this.
+    /// Of a model whose noise was settled to its own after this fit.
     fn before(fit: Fit, drawing: Drawing, own: &Scatter) -> Self {
         let chi2 = fit.stated_chi2;
         Self { chi2, seen: own.is_most_correlated().then(|| (fit, Arc::new(drawing))) }

@@ -196,7 +196,7 @@ impl FilterStep {
         self.seen.iter().fold(self.predicted.clone(), |state, innovation| innovation.update(&state))
     }
 
-    /// The columns of its covariance from `at` on, `size` of them.
+    /// Columns of the filtered covariance: so many (`size`), beginning at `at`.
     fn filtered_columns(&self, at: usize, size: usize) -> DMatrix<f64> {
         let mut columns = self.predicted.covariance.columns(at, size).into_owned();
         for seen in self.seen.iter().flat_map(|innovation| innovation.seen.column_iter()) {

@@ -66,7 +66,8 @@ pub struct LinearReading {
     pub variance: DVector<f64>,
 }
 
-/// What intervals take of a state: of many explanations of a long record, whole covariances would be most of the memory.
+/// Bearings and unbalance of a state with their variances, by which intervals are formed: of many explanations of a long record, whole
+/// covariances would be most of the memory.
 pub struct MarginalState {
     /// Logarithms of the bearings and their standard deviations.
     pub logs: Logs,
@@ -160,6 +161,7 @@ impl Layout {
         C::new(x[2 * plane], x[2 * plane + 1])
     }
 
+    /// Bearings and unbalance of a state with their variances.
     pub fn marginal(&self, state: &Gaussian) -> MarginalState {
         let coordinate = |j: usize| {
             let c = |a: usize, b: usize| state.covariance[(2 * j + a, 2 * j + b)];
