@@ -11,7 +11,6 @@ use super::rank::{OUTSIDE, rank};
 use super::screening::leaves_no_more;
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
-use crate::fit::Fit;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::statistics::scatter::Scatter;
 
@@ -255,30 +254,58 @@ impl<'a> ChosenSets<'a> {
 
     /// These sets settled, and of them so many as are followed; `None` if there is none.
     fn grown<'b>(self, start: &BaseModel<'a>, width: usize) -> Option<Beam<'b, 'a>> {
-        let evidence = |fit: &Fit| start.fitter.evidence(&start.fit, fit);
-        let settled = |set: UnfittedModel<'a>| {
-            let base = set.grown().ok()?;
-            Some((base.is_physical().ok()?, base))
-        };
-        let mut kept: Vec<(bool, BaseModel)> = self.sets.into_par_iter().filter_map(settled).collect();
-        // a set that physics does not allow can lead to one that it does, but is not the answer while there is another
-        kept.sort_by(|a, b| b.0.cmp(&a.0).then(evidence(&b.1.fit).total_cmp(&evidence(&a.1.fit))));
+        let settled = self.sets.into_par_iter().filter_map(|set| SettledSet::of(set, start));
+        let kept = settled.fold(Vec::new, |all, set| best_first(all, [set])).reduce(Vec::new, best_first);
         // special cases were settled beside what they are cases of, and count from here on like any other
         let most = if self.rivals.is_some() { kept.len() } else { width };
         let rivals = match self.rivals {
             Some(rivals) => rivals,
             None => {
                 // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
-                let near = evidence(&kept.first()?.1.fit) + 2.0 * RIVAL.ln();
-                let equals = kept.iter().filter(|(physical, base)| *physical && evidence(&base.fit) > near);
-                two_or_more(equals.map(|(_, base)| effect_labels(base).join(" + ")).collect())
+                let near = kept.first()?.evidence + 2.0 * RIVAL.ln();
+                let equals = kept.iter().filter(|set| set.is_physical && set.evidence > near);
+                two_or_more(equals.map(|set| effect_labels(&set.base).join(" + ")).collect())
             }
         };
-        let mut sets = kept.into_iter().map(|(_, base)| base).take(most);
+        let mut sets = kept.into_iter().map(|set| set.base).take(most);
         let lead = sets.next()?;
-        let others = sets.map(|set| Followed::Settled(Box::new(set.for_search()))).collect();
+        let others = sets.map(|set| Followed::Settled(Box::new(set))).collect();
         Some(Beam { lead, others, rivals })
     }
+}
+
+/// A settled set among others of its size.
+struct SettledSet<'a> {
+    is_physical: bool,
+    /// Over the model that all began from.
+    evidence: f64,
+    base: BaseModel<'a>,
+}
+
+impl<'a> SettledSet<'a> {
+    fn of(set: UnfittedModel<'a>, start: &BaseModel<'a>) -> Option<Self> {
+        let base = set.grown().ok()?;
+        let evidence = start.fitter.evidence(&start.fit, &base.fit);
+        Some(Self { is_physical: base.is_physical().ok()?, evidence, base })
+    }
+
+    /// The set as far as candidates are sought beside it.
+    fn for_search(self) -> Self {
+        Self { base: self.base.for_search(), ..self }
+    }
+}
+
+/// Two lists as one, the best set first, which alone keeps its own drawing: those of many sets would be most of the memory. A set that
+/// physics does not allow can lead to one that it does, but is not the answer while there is another.
+fn best_first<'a>(
+    mut all: Vec<SettledSet<'a>>,
+    more: impl IntoIterator<Item = SettledSet<'a>>,
+) -> Vec<SettledSet<'a>> {
+    all.extend(more);
+    all.sort_by(|a, b| b.is_physical.cmp(&a.is_physical).then(b.evidence.total_cmp(&a.evidence)));
+    let mut all = all.into_iter();
+    let lead = all.next();
+    lead.into_iter().chain(all.map(SettledSet::for_search)).collect()
 }
 
 impl<'a> Followed<'_, 'a> {
