@@ -5,6 +5,8 @@ pub(crate) mod eigen;
 pub(crate) mod small;
 
 use nalgebra::{Complex, ComplexField, DMatrix, DVector, Dyn, SVD, Scalar, Schur, SymmetricEigen};
+use ndarray::linalg::general_mat_mul;
+use ndarray::{ArrayView2, ArrayViewMut2, Axis, ShapeBuilder, Slice};
 
 type C = Complex<f64>;
 
@@ -13,16 +15,43 @@ const PATIENCE: usize = 300;
 
 /// Rows that a product of a transpose takes at a time, so that they stay in the processor's cache.
 const BLOCK: usize = 128;
+/// Columns up to which the library's own product of a transpose is as fast.
+const FEW: usize = 5;
 
-/// `aᵀb`. The library's own product of a transpose takes one column at a time; its plain product works in blocks, which is several
-/// times as fast for more than a few columns.
+/// `aᵀb`. nalgebra's own product of a transpose takes one column at a time; for more than a few columns, blocks are several times as fast.
 pub(crate) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    by_blocks(a, b, BLOCK)
+}
+
+/// The same, rounded as nalgebra rounds a transpose times a matrix.
+pub(crate) fn product_of_transpose(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    by_blocks(a, b, a.nrows().max(1))
+}
+
+fn by_blocks(a: &DMatrix<f64>, b: &DMatrix<f64>, rows: usize) -> DMatrix<f64> {
     let mut product = DMatrix::zeros(a.ncols(), b.ncols());
-    for first in (0..a.nrows()).step_by(BLOCK) {
-        let count = BLOCK.min(a.nrows() - first);
-        product.gemm(1.0, &a.rows(first, count).transpose(), &b.rows(first, count), 1.0);
+    let is_narrow = a.ncols().min(b.ncols()) <= FEW;
+    let rows = if is_narrow { BLOCK } else { rows };
+    for first in (0..a.nrows()).step_by(rows) {
+        let count = rows.min(a.nrows() - first);
+        if is_narrow {
+            product.gemm(1.0, &a.rows(first, count).transpose(), &b.rows(first, count), 1.0);
+        } else {
+            let rows_of = |m| view(m).slice_axis_move(Axis(0), Slice::from(first..first + count));
+            general_mat_mul(1.0, &rows_of(a).t(), &rows_of(b), 1.0, &mut view_mut(&mut product));
+        }
     }
     product
+}
+
+fn view(matrix: &DMatrix<f64>) -> ArrayView2<'_, f64> {
+    let flat = ArrayView2::from_shape(matrix.shape().f(), matrix.as_slice());
+    flat.expect("a matrix has as many entries as its rows times its columns")
+}
+
+fn view_mut(matrix: &mut DMatrix<f64>) -> ArrayViewMut2<'_, f64> {
+    let flat = ArrayViewMut2::from_shape(matrix.shape().f(), matrix.as_mut_slice());
+    flat.expect("a matrix has as many entries as its rows times its columns")
 }
 
 /// With vectors on both sides; `None` if the matrix is not finite.
@@ -81,11 +110,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn product_of_a_transpose_over_several_blocks_is_its_sum() {
-        let a = DMatrix::from_fn(2 * BLOCK + 44, 3, |i, j| ((i + 7 * j) as f64).sin());
-        let b = DMatrix::from_fn(2 * BLOCK + 44, 2, |i, j| ((3 * i + j) as f64).cos());
-        let sum = |j: usize, k: usize| (0..a.nrows()).map(|i| a[(i, j)] * b[(i, k)]).sum::<f64>();
-        assert!((transposed_product(&a, &b) - DMatrix::from_fn(3, 2, sum)).amax() < 1e-12);
+    fn product_of_a_transpose_is_its_sum_over_rows_at_any_size() {
+        for [rows, columns, others] in [[300, 3, 2], [300, 20, 12], [5, 0, 1], [7, 9, 1]] {
+            let a = DMatrix::from_fn(rows, columns, |i, j| ((i + 7 * j) as f64).sin());
+            let b = DMatrix::from_fn(rows, others, |i, j| ((3 * i + j) as f64).cos());
+            let sum = |j: usize, k: usize| (0..rows).map(|i| a[(i, j)] * b[(i, k)]).sum::<f64>();
+            let product = DMatrix::from_fn(columns, others, sum);
+            assert!((transposed_product(&a, &b) - &product).amax() < 1e-12);
+            assert_eq!(product_of_transpose(&a, &b), a.transpose() * b);
+        }
     }
 
     #[test]

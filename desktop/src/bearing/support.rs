@@ -192,7 +192,17 @@ impl SupportLaw {
 
 /// A dynamic stiffness on top of another: `Zp (Zb + Zp)⁻¹ Zb`.
 fn in_series(bearing: Matrix2<C>, pedestal: Matrix2<C>) -> Matrix2<C> {
-    pedestal * inverse(bearing + pedestal) * bearing
+    product(&product(&pedestal, &inverse(bearing + pedestal)), &bearing)
+}
+
+/// The library multiplies small complex matrices column by column, which takes three times as long.
+fn product(a: &Matrix2<C>, b: &Matrix2<C>) -> Matrix2<C> {
+    Matrix2::new(
+        a.m11 * b.m11 + a.m12 * b.m21,
+        a.m11 * b.m12 + a.m12 * b.m22,
+        a.m21 * b.m11 + a.m22 * b.m21,
+        a.m21 * b.m12 + a.m22 * b.m22,
+    )
 }
 
 /// By the adjugate; not finite where the matrix is singular.

@@ -166,7 +166,7 @@ impl<'a> ProbeFields<'a> {
         let adjoint = &now.responses.of(r).adjoint;
         let reading = |on: &Mounted| (on.probe, adjoint_circular(on.reading.iter()));
         let readings: Vec<_> = problem.mounted(&now.terms, r).iter().map(reading).collect();
-        let excess = supports.excess(&nominal(plant, speed_rad_s, damping));
+        let excess = supports.clone().excess(&nominal(plant, speed_rad_s, damping));
         let of_columns =
             |m: &DMatrix<C>| -> Vec<_> { m.column_iter().map(|c| adjoint_circular(c.iter())).collect() };
         let beyond = of_columns(&excess.adjoint_forces(adjoint));

@@ -223,7 +223,7 @@ impl<'a> Problem<'a> {
         let groups = if nonlinear { &self.alone } else { &self.at_speed };
         let respond = |row: &usize| {
             receptances[self.at_speed.of_row[*row]]
-                .respond(&self.supports(terms, *row), &self.mounted(terms, *row))
+                .respond(self.supports(terms, *row), self.mounted(terms, *row))
         };
         let all: Option<Vec<UpdatedResponse>> = groups.first.iter().map(respond).collect();
         Some(Responses { groups: groups.clone(), all: all? })

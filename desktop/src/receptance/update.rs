@@ -55,10 +55,9 @@ impl Supports {
     }
 
     /// Actual minus nominal dynamic stiffness; places beyond the nominal ones have none.
-    pub fn excess(&self, nominal: &[Matrix2<C>]) -> Self {
-        let mut excess = self.clone();
-        excess.own.iter_mut().zip(nominal).for_each(|(own, nominal)| *own -= nominal);
-        excess
+    pub fn excess(mut self, nominal: &[Matrix2<C>]) -> Self {
+        self.own.iter_mut().zip(nominal).for_each(|(own, nominal)| *own -= nominal);
+        self
     }
 
     /// Force of each support for motions of the held places, one a column.
@@ -329,36 +328,35 @@ impl Receptances {
 
     /// The response with these dynamic stiffnesses at the held places, with some probes on housings; `None` if the
     /// machine is singular on them.
-    pub fn respond(&self, supports: &Supports, mounted: &[Mounted]) -> Option<UpdatedResponse> {
+    pub fn respond(&self, supports: Supports, mounted: Vec<Mounted>) -> Option<UpdatedResponse> {
         SOLVED.fetch_add(1, Ordering::Relaxed);
         let UpdateSystem { matrix, mut forces } = self.system(supports);
-        let mut seen_from = self.probe_held.clone();
-        less_housings(&mut seen_from, &self.held, mounted);
-        let mut adjoint = seen_from.clone();
+        let mut adjoint = self.probe_held.clone();
+        less_housings(&mut adjoint, &self.held, &mounted);
+        let from_housings = (!mounted.is_empty()).then(|| adjoint.clone());
         solve_both(matrix, &mut forces, &mut adjoint)?;
         let mut held = self.held_force.clone();
         held.gemm(C::from(-1.0), &self.held, &forces, C::from(1.0));
-        let shown = self.shown(&seen_from, &forces);
-        let probes = seen_from.ncols();
-        let mut response = UpdatedResponse { probes: shown, held, adjoint, mounted: mounted.to_vec() };
+        let mut shown = self.shown(from_housings.as_ref().unwrap_or(&self.probe_held), &forces);
+        let probes = adjoint.ncols();
         for (column, motion) in self.held_force.column_iter().enumerate() {
-            for m in mounted {
-                response.probes[column * probes + m.probe] -= m.reading.dot(&motion);
+            for m in &mounted {
+                shown[column * probes + m.probe] -= m.reading.dot(&motion);
             }
         }
-        Some(response)
+        Some(UpdatedResponse { probes: shown, held, adjoint, mounted })
     }
 
     /// Motion at each probe under each column, for probes on the ground: columns in turn, probes within. `None` if the machine is
     /// singular on these supports.
-    pub fn motions(&self, supports: &Supports) -> Option<Vec<C>> {
+    pub fn motions(&self, supports: Supports) -> Option<Vec<C>> {
         SOLVED.fetch_add(1, Ordering::Relaxed);
         let UpdateSystem { matrix, mut forces } = self.system(supports);
         solve(matrix, &mut forces)?;
         Some(self.shown(&self.probe_held, &forces))
     }
 
-    fn system(&self, supports: &Supports) -> UpdateSystem {
+    fn system(&self, supports: Supports) -> UpdateSystem {
         let excess = supports.excess(&self.nominal);
         let mut matrix = excess.forces(&self.held);
         (0..matrix.nrows()).for_each(|i| matrix[(i, i)] += 1.0);
@@ -393,7 +391,7 @@ impl Receptances {
         let mut change = WhirlReceptances::backward(plant, &gain_slopes, places);
         less_housings(&mut change.probe_held, &change.held, &response.mounted);
         let nominal_slope = of_whirl(slope * plant.nominal_n_m, I);
-        let excess = supports.excess(&self.nominal);
+        let excess = supports.clone().excess(&self.nominal);
         let force = excess.forces(motion);
         let moved = change.held * &force;
         let nominal_at = |adjoint: &DVectorView<C>, bearing: usize| -> C {

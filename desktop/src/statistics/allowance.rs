@@ -1,6 +1,6 @@
 //! Linear errors with a Gaussian prior, allowed for as correlated noise.
 
-use crate::decomposition::{hermitian, transposed_product};
+use crate::decomposition::{hermitian, product_of_transpose, transposed_product};
 use nalgebra::{DMatrix, DVector};
 
 /// Noise of unit size and, beside it, errors of unit standard deviation that act through a jacobian J: covariance `1 + J Jᵀ`.
@@ -10,9 +10,8 @@ pub struct Allowance {
     vectors: DMatrix<f64>,
     /// s of `(1 + JJᵀ)^(−1/2) = 1 − J V diag(s) Vᵀ Jᵀ`.
     shrink: DVector<f64>,
-    /// `K = J V diag(√s)`, and its transpose.
+    /// `K = J V diag(√s)`.
     root: DMatrix<f64>,
-    transposed: DMatrix<f64>,
 }
 
 impl Allowance {
@@ -27,8 +26,7 @@ impl Allowance {
         let shrink = values.map(shrink);
         let mut root = jacobian * &vectors;
         root.column_iter_mut().zip(&shrink).for_each(|(mut column, s)| column *= s.sqrt());
-        let transposed = root.transpose();
-        Self { values, vectors, shrink, root, transposed }
+        Self { values, vectors, shrink, root }
     }
 
     /// For errors of another standard deviation.
@@ -38,7 +36,7 @@ impl Allowance {
         let mut root = self.root.clone();
         let factors = shrunk.iter().zip(&self.shrink).map(|(new, old)| size * (new / old).sqrt());
         root.column_iter_mut().zip(factors).for_each(|(mut column, factor)| column *= factor);
-        Self { vectors: self.vectors.clone(), transposed: root.transpose(), values, shrink: shrunk, root }
+        Self { vectors: self.vectors.clone(), values, shrink: shrunk, root }
     }
 
     /// Whether nothing is allowed for.
@@ -51,7 +49,8 @@ impl Allowance {
         if self.is_empty() {
             return;
         }
-        columns.gemm(-1.0, &self.root, &(&self.transposed * &*columns), 1.0);
+        let seen = product_of_transpose(&self.root, columns);
+        columns.gemm(-1.0, &self.root, &seen, 1.0);
     }
 
     /// `(1 + J Jᵀ)^(1/2)` of every column, `1 + K diag(√(1 + λ)) Kᵀ`.
@@ -59,7 +58,7 @@ impl Allowance {
         if self.is_empty() {
             return;
         }
-        let mut seen = &self.transposed * &*columns;
+        let mut seen = product_of_transpose(&self.root, columns);
         seen.column_iter_mut()
             .for_each(|mut c| c.component_mul_assign(&self.values.map(|v| (1.0 + v).sqrt())));
         columns.gemm(1.0, &self.root, &seen, 1.0);

@@ -130,13 +130,13 @@ impl OperatingPoint {
     /// The response on these bearings, in the planes' unbalance and everything known; `None` if the machine is
     /// singular on them.
     pub fn on(&self, logs: &[f64]) -> Option<UpdatedResponse> {
-        self.receptances.respond(&self.supports(logs), &[])
+        self.receptances.respond(self.supports(logs), Vec::new())
     }
 
     /// The motion of the probes on these bearings alone, m per unit of each plane's unbalance (kg·m) and of everything known: columns
     /// in turn, probes within. `None` if the machine is singular on them.
     pub fn motions_on(&self, logs: &[f64]) -> Option<Vec<C>> {
-        self.receptances.motions(&self.supports(logs))
+        self.receptances.motions(self.supports(logs))
     }
 
     fn supports(&self, logs: &[f64]) -> Supports {
