@@ -22,4 +22,5 @@ mod ross;
 mod ross_simulated;
 mod scenarios;
 mod slow;
+mod special_cases;
 mod wire;

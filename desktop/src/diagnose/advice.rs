@@ -9,7 +9,7 @@ use super::base::{BaseModel, CandidateFit};
 use super::rank::Ranking;
 use crate::fit::hypothesis::PlacedEffect;
 use crate::fit::starts_for;
-use crate::machine::drawing::{Mount, Noise, Probe, Rotor};
+use crate::machine::drawing::{Bearing, Mount, Noise, Probe, Rotor};
 use crate::reduction::basis;
 use crate::reduction::sizes::SIMULATED;
 use crate::unbalance::g_mm_deg;
@@ -166,11 +166,13 @@ pub fn measurements(base: &BaseModel, rotor: &Rotor) -> Vec<Measurement> {
     all
 }
 
-/// A further pair of X/Y probes on the ground.
+/// A further pair of X/Y probes on the ground, at the nearest bearing.
 pub fn pair_at(rotor: &Rotor, name: &str, position_m: f64) -> Vec<Probe> {
+    let distance = |b: &&Bearing| (b.position_m - position_m).abs();
+    let nearest = rotor.bearing.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
     let probe = |angle_deg: f64| Probe {
         name: format!("at {name} {angle_deg}"),
-        bearing: rotor.bearing[0].name.clone(),
+        bearing: nearest.map_or_else(String::new, |b| b.name.clone()),
         position_m,
         angle_deg,
         used: true,

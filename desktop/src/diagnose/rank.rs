@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::answer::{RIVAL, SURE};
 use super::base::{BaseModel, CandidateFit};
 use super::mistaken::MistakeComparison;
+use crate::compare::upper_tail;
 use crate::decomposition::singular_values;
 use crate::effects::Place;
 use crate::units::same_speed;
@@ -25,6 +26,8 @@ pub const NONE_OF_THESE: &str = "none of these";
 pub struct Ranking {
     /// Of each candidate, in the order they were tried.
     pub probabilities: Vec<f64>,
+    /// Of the first one, the forms included that it is a special case of and that the data do not tell from it.
+    pub best: f64,
     /// Probability that nothing is missing.
     pub nothing_missing: f64,
     /// That something outside the list is missing.
@@ -72,20 +75,32 @@ pub fn rank(
     let mistakes: Vec<f64> = mistakes.iter().map(|w| w / total).collect();
     let probabilities: Vec<f64> = weights.iter().map(|w| w / total).collect();
     let unknown = outside / total;
-    let best = probabilities.iter().take(1).chain(&mistakes).fold(unknown, |most, p| most.max(*p));
-    let rivals = probabilities.iter().take_while(|p| **p >= RIVAL * best && **p > 0.0).count();
+    let most = probabilities.iter().take(1).chain(&mistakes).fold(unknown, |most, p| most.max(*p));
+    let rivals = probabilities.iter().take_while(|p| **p >= RIVAL * most && **p > 0.0).count();
     let nothing_missing = nothing / total;
-    let mut labels: Vec<String> = tried[..rivals].iter().map(|t| t.placed.label(base.fitter.rotor)).collect();
-    if unknown >= RIVAL * best {
+    let (alike, others): (Vec<usize>, Vec<usize>) =
+        (0..rivals).partition(|k| *k > 0 && is_seen_as(&tried[*k], &tried[0]));
+    let best = probabilities.first().unwrap_or(&0.0) + alike.iter().map(|k| probabilities[*k]).sum::<f64>();
+    let mut labels: Vec<String> = others.iter().map(|k| tried[*k].placed.label(base.fitter.rotor)).collect();
+    if unknown >= RIVAL * most {
         labels.push(NONE_OF_THESE.to_string());
     }
     let rotor = base.fitter.rotor;
     let fits = mistaken.iter().flat_map(|all| &all.fits).zip(&mistakes);
-    labels.extend(fits.filter(|(_, p)| **p >= RIVAL * best).map(|(m, _)| m.mistake.label(rotor)));
+    labels.extend(fits.filter(|(_, p)| **p >= RIVAL * most).map(|(m, _)| m.mistake.label(rotor)));
     labels.dedup();
     let claimed = nothing_missing < SURE && labels.len() > 1;
     let groups = if claimed { vec![labels] } else { Vec::new() };
-    Ranking { probabilities, nothing_missing, unknown, mistakes, groups, rivals }
+    Ranking { probabilities, best, nothing_missing, unknown, mistakes, groups, rivals }
+}
+
+/// Whether the data show nothing of an effect but this special case of it: what it explains beyond the case is what noise explains with as
+/// many unknowns more.
+fn is_seen_as(t: &CandidateFit, case: &CandidateFit) -> bool {
+    let more = t.fit.effect_unknowns.saturating_sub(case.fit.effect_unknowns);
+    let gain = (case.fit.cost - t.fit.cost).max(0.0);
+    let both_settled = t.is_settled && case.is_settled;
+    both_settled && case.placed.is_case_of(&t.placed) && more > 0 && upper_tail(gain, more) >= SURE
 }
 
 /// Whether data like these would show an effect without parameters. There is no size to it: what speaks for it when it is there is

@@ -124,7 +124,7 @@ impl<'a> DiagnosisEvidence<'a, '_> {
                 format!("An effect is missing. {label} fits best, but the data cannot tell it from {from}.");
             return conclude(DiagnosisVerdict::Undecided, why, left, true);
         }
-        let why = best.missing_in_words(base, self.ranking.probabilities[0]);
+        let why = best.missing_in_words(base, self.ranking.best);
         let said = conclude(DiagnosisVerdict::Missing, why, left, true)?;
         Ok(Conclusion { bad_probe: best.probe(base), ..said })
     }

@@ -39,8 +39,37 @@ impl Effect for ProbesSwapped {
     }
 }
 
-/// The probes of a bearing, where they are two.
+/// The probes of a bearing where they are two; of more, those at the place of the first one where they are two there.
 fn pair(rotor: &Rotor, bearing: usize) -> Option<[usize; 2]> {
-    let here = |p: &usize| rotor.bearing_of(&rotor.probe[*p]) == Some(bearing);
-    <[usize; 2]>::try_from((0..rotor.probe.len()).filter(here).collect::<Vec<_>>()).ok()
+    let of_bearing = |p: &usize| rotor.bearing_of(&rotor.probe[*p]) == Some(bearing);
+    let all: Vec<usize> = (0..rotor.probe.len()).filter(of_bearing).collect();
+    let at_first = |all: Vec<usize>| {
+        let position_m = rotor.probe[*all.first()?].position_m;
+        let here = all.into_iter().filter(|p| rotor.probe[*p].position_m == position_m);
+        here.collect::<Vec<_>>().try_into().ok()
+    };
+    all.try_into().map_or_else(at_first, Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::drawing::Probe;
+    use crate::testing::sample_rotor;
+
+    #[test]
+    fn further_probes_at_a_bearing_leave_its_pair_as_it_is() {
+        let mut rotor = sample_rotor();
+        let own = pair(&rotor, 0).unwrap();
+        let further =
+            own.map(|p| Probe { position_m: rotor.probe[p].position_m + 0.1, ..rotor.probe[p].clone() });
+        rotor.probe.push(further[0].clone());
+        assert_eq!(pair(&rotor, 0), Some(own));
+        rotor.probe.push(further[1].clone());
+        assert_eq!(pair(&rotor, 0), Some(own));
+        // two cables at one place may be exchanged, three in more ways than one
+        let position_m = rotor.probe[own[0]].position_m;
+        rotor.probe.iter_mut().rev().take(1).for_each(|p| p.position_m = position_m);
+        assert_eq!(pair(&rotor, 0), None);
+    }
 }

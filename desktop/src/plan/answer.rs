@@ -5,6 +5,9 @@ use crate::diagnose::PlaneUnbalances;
 use crate::effects::Knowledge;
 use crate::machine::drawing::{EffectEntry, Noise};
 
+/// A difference of predicted probabilities that says nothing of which is larger.
+const EXACT: f64 = 0.05;
+
 /// A parameter of an effect; of a phasor its magnitude.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SizedParameter {
@@ -135,10 +138,10 @@ pub struct Plan {
 
 impl Plan {
     /// The further measurement that most probably decides which of these effects it is, by their labels: those that a diagnosis could
-    /// not tell apart. The best of all tells most of them, and of the unbalance besides, on average over every effect.
+    /// not tell apart. Of several that decide as probably, as far as a plan knows it, the one that tells most of all effects and of the
+    /// unbalance.
     pub fn best_for(&self, labels: &[String]) -> Option<&FurtherMeasurement> {
-        self.next.iter().reduce(|best, other| {
-            if other.tells_apart(labels) > best.tells_apart(labels) { other } else { best }
-        })
+        let most = self.next.iter().map(|m| m.tells_apart(labels)).fold(0.0, f64::max);
+        self.next.iter().find(|m| m.tells_apart(labels) >= most - EXACT)
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{Complex, DVector};
 use crate::diagnose::advice::Measurement;
 use crate::error::Error;
 use crate::grade::{Rigid, USUAL_GRADE_MM_S, permissible_g_mm};
-use crate::machine::drawing::{AddedUnbalance, Noise, Plane, Probe, Rotor, Run};
+use crate::machine::drawing::{AddedUnbalance, Noise, Plane, Rotor, Run};
 use crate::measurement::Reading;
 use crate::reduction::basis;
 use crate::reduction::sizes::SIMULATED;
@@ -155,8 +155,7 @@ impl Campaign {
     pub fn with(&self, m: &Measurement) -> Self {
         let mut more = self.clone();
         if !m.extra.is_empty() {
-            // they belong to no bearing, so that they change no pair of the machine's own
-            more.rotor.probe.extend(m.extra.iter().cloned().map(|p| Probe { bearing: String::new(), ..p }));
+            more.rotor.probe.extend(m.extra.iter().cloned());
             return more;
         }
         let base = self.readings.first().and_then(|(run, _)| *run);
