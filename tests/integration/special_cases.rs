@@ -37,7 +37,7 @@ fn on_pedestal(kind: &str, parameters: &[(&str, f64)]) -> Diagnosis {
 }
 
 #[test]
-fn pedestal_equal_in_both_directions_is_named_beside_its_general_form() {
+fn pedestal_equal_in_both_directions_is_named_as_such() {
     let found = on_pedestal("pedestal", &[("k", 2.01e6), ("m", 27.4), ("c", 185.0)]);
     assert_eq!(found.verdict, DiagnosisVerdict::Missing, "{}", found.summary);
     let [named, general] = &found.candidates[..2] else { panic!("two candidates") };

@@ -3,6 +3,7 @@ use nalgebra::{Complex, DVector};
 use super::*;
 use crate::machine::drawing::{Noise, Rotor};
 use crate::model::Model;
+use crate::simulate::{SimulationRequest, simulate};
 use crate::testing::{sample_rotor, uniform_shaft};
 use crate::units::rad_s;
 
@@ -168,4 +169,37 @@ fn large_change_is_held_against_noise_of_changed_readings() {
     for signal in [found.visible, found.linear] {
         assert!((signal.norm_squared() / after - 1.0).abs() < 1e-2, "{} {after}", signal.norm_squared());
     }
+}
+
+#[test]
+fn planned_pair_of_probes_belongs_to_the_nearest_bearing() {
+    let rotor = with_noise(sample_rotor(), 0.01, 0.1);
+    let campaign = Campaign::new(&rotor, &request(500.0, 1000.0, 2)).unwrap();
+    for bearing in &rotor.bearing {
+        let more = campaign.with(&further::pair(&rotor, bearing.position_m + 0.01));
+        let planned = &more.rotor.probe[rotor.probe.len()..];
+        assert!(planned.len() == 2 && planned.iter().all(|p| p.bearing == bearing.name));
+        // a machine that a file can hold
+        let request = SimulationRequest { speeds_rpm: vec![500.0], ..Default::default() };
+        let readings = simulate(&more.rotor, &request).unwrap().readings;
+        assert_eq!(readings[0].probes.len(), rotor.probe.len() + 2);
+    }
+}
+
+#[test]
+fn of_measurements_that_decide_as_probably_the_most_informative_is_best() {
+    let mut plan = plan(&one_mode(), &request(500.0, 3000.0, 7)).unwrap();
+    let label = "runout".to_string();
+    let mut next = |gains_and_probabilities: &[(f64, f64)]| {
+        let measured = plan.next[0].clone();
+        let of = |(gain_bits, alone): &(f64, f64)| FurtherMeasurement {
+            gain_bits: *gain_bits,
+            alone_of: vec![(label.clone(), *alone)],
+            ..measured.clone()
+        };
+        plan.next = gains_and_probabilities.iter().map(of).collect();
+        plan.best_for(std::slice::from_ref(&label)).unwrap().gain_bits
+    };
+    assert_eq!(next(&[(3.0, 0.2), (2.0, 0.92), (1.0, 0.94)]), 2.0);
+    assert_eq!(next(&[(3.0, 0.2), (2.0, 0.82), (1.0, 0.94)]), 1.0);
 }
