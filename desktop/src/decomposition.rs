@@ -15,7 +15,7 @@ const PATIENCE: usize = 300;
 
 /// Rows that a product of a transpose takes at a time, so that they stay in the processor's cache.
 const BLOCK: usize = 128;
-/// Columns up to which the library's own product of a transpose is as fast.
+/// Columns up to which nalgebra sums column by column. Its rounding is kept there, as fits to data that do not determine them follow it.
 const FEW: usize = 5;
 
 /// `aᵀb`. nalgebra's own product of a transpose takes one column at a time; for more than a few columns, blocks are several times as fast.
