@@ -23,8 +23,8 @@ pub(crate) fn transposed_product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<
     by_blocks(a, b, BLOCK)
 }
 
-/// The same, rounded as nalgebra rounds a transpose times a matrix.
-pub(crate) fn product_of_transpose(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+/// The same over all rows at once, rounded as nalgebra rounds a transpose times a matrix.
+pub(crate) fn transposed_product_at_once(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     by_blocks(a, b, a.nrows().max(1))
 }
 
@@ -117,7 +117,7 @@ mod tests {
             let sum = |j: usize, k: usize| (0..rows).map(|i| a[(i, j)] * b[(i, k)]).sum::<f64>();
             let product = DMatrix::from_fn(columns, others, sum);
             assert!((transposed_product(&a, &b) - &product).amax() < 1e-12);
-            assert_eq!(product_of_transpose(&a, &b), a.transpose() * b);
+            assert_eq!(transposed_product_at_once(&a, &b), a.transpose() * b);
         }
     }
 

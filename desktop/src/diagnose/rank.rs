@@ -26,7 +26,7 @@ pub const NONE_OF_THESE: &str = "none of these";
 pub struct Ranking {
     /// Of each candidate, in the order they were tried.
     pub probabilities: Vec<f64>,
-    /// Of the first one, the forms included that it is a special case of and that the data do not tell from it.
+    /// Probability of the first candidate, those effects included that it is a special case of and that fit no better than noise allows.
     pub best: f64,
     /// Probability that nothing is missing.
     pub nothing_missing: f64,
@@ -94,8 +94,8 @@ pub fn rank(
     Ranking { probabilities, best, nothing_missing, unknown, mistakes, groups, rivals }
 }
 
-/// Whether the data show nothing of an effect but this special case of it: what it explains beyond the case is what noise explains with as
-/// many unknowns more.
+/// Whether an effect improves the fit of its special case no more than noise would: the cost falls by a χ² with as many degrees of freedom
+/// as the effect has further unknowns.
 fn is_seen_as(t: &CandidateFit, case: &CandidateFit) -> bool {
     let more = t.fit.effect_unknowns.saturating_sub(case.fit.effect_unknowns);
     let gain = (case.fit.cost - t.fit.cost).max(0.0);

@@ -274,7 +274,7 @@ impl<'a> ChosenSets<'a> {
     }
 }
 
-/// A settled set among others of its size.
+/// A set of effects with its settled fit, to be compared with other sets of its size.
 struct SettledSet<'a> {
     is_physical: bool,
     /// Over the model that all began from.

@@ -5,8 +5,8 @@ use crate::diagnose::PlaneUnbalances;
 use crate::effects::Knowledge;
 use crate::machine::drawing::{EffectEntry, Noise};
 
-/// A difference of predicted probabilities that says nothing of which is larger.
-const EXACT: f64 = 0.05;
+/// Accuracy of predicted probabilities, as a plan is asked to have it: a smaller difference says nothing of which is larger.
+const ACCURACY: f64 = 0.1;
 
 /// A parameter of an effect; of a phasor its magnitude.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,6 +142,6 @@ impl Plan {
     /// unbalance.
     pub fn best_for(&self, labels: &[String]) -> Option<&FurtherMeasurement> {
         let most = self.next.iter().map(|m| m.tells_apart(labels)).fold(0.0, f64::max);
-        self.next.iter().find(|m| m.tells_apart(labels) >= most - EXACT)
+        self.next.iter().find(|m| m.tells_apart(labels) >= most - ACCURACY)
     }
 }

@@ -187,7 +187,7 @@ fn planned_pair_of_probes_belongs_to_the_nearest_bearing() {
 }
 
 #[test]
-fn of_measurements_that_decide_as_probably_the_most_informative_is_best() {
+fn most_informative_of_equally_decisive_measurements_is_best() {
     let mut plan = plan(&one_mode(), &request(500.0, 3000.0, 7)).unwrap();
     let label = "runout".to_string();
     let mut next = |gains_and_probabilities: &[(f64, f64)]| {

@@ -1,6 +1,6 @@
 //! Linear errors with a Gaussian prior, allowed for as correlated noise.
 
-use crate::decomposition::{hermitian, product_of_transpose, transposed_product};
+use crate::decomposition::{hermitian, transposed_product, transposed_product_at_once};
 use nalgebra::{DMatrix, DVector};
 
 /// Noise of unit size and, beside it, errors of unit standard deviation that act through a jacobian J: covariance `1 + J Jᵀ`.
@@ -49,7 +49,7 @@ impl Allowance {
         if self.is_empty() {
             return;
         }
-        let seen = product_of_transpose(&self.root, columns);
+        let seen = transposed_product_at_once(&self.root, columns);
         columns.gemm(-1.0, &self.root, &seen, 1.0);
     }
 
@@ -58,7 +58,7 @@ impl Allowance {
         if self.is_empty() {
             return;
         }
-        let mut seen = product_of_transpose(&self.root, columns);
+        let mut seen = transposed_product_at_once(&self.root, columns);
         seen.column_iter_mut()
             .for_each(|mut c| c.component_mul_assign(&self.values.map(|v| (1.0 + v).sqrt())));
         columns.gemm(1.0, &self.root, &seen, 1.0);

@@ -6,7 +6,7 @@
 //! | word | needs |
 //! |---|---|
 //! | something is missing (`misses`, `missing`, `undecided`) | nothing but noise is less probable than [`SURE`] |
-//! | `missing`, one effect named | no other explanation has [`RIVAL`] of its probability, and nothing more is needed beside it. What it is a special case of is no other explanation where the data show no difference |
+//! | `missing`, one effect named | no other explanation has [`RIVAL`] of its probability, and nothing more is needed beside it. A more general effect is no other explanation while its fit is better by no more than noise allows |
 //! | a group that cannot be told apart | the explanations that have |
 //! | `adequate` | nothing but noise is more probable than all else together, and what the model is for is determined |
 //!

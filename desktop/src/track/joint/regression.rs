@@ -172,7 +172,7 @@ impl JointProblem {
         found
     }
 
-    /// Bearings and unbalance of a smoothed state with their variances, under the conditions of its day.
+    /// Mean and variance of bearings and unbalance in a smoothed state, under the conditions of its day.
     pub(super) fn marginal(&self, epoch: usize, state: &Gaussian) -> MarginalState {
         let conditions = self.epochs[epoch].own.as_ref().map_or(&[][..], |day| &day.conditions);
         self.layout.marginal(&self.layout.known_under(state, conditions))
