@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use nalgebra::Complex;
-use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, RIVAL, diagnose};
-use rotor_edge_desktop::machine::drawing::{EffectEntry, Noise, ParameterValue};
+use rotor_edge_desktop::diagnose::{DiagnosisVerdict, RIVAL, diagnose, improve};
+use rotor_edge_desktop::machine::drawing::{EffectEntry, Noise, ParameterValue, Rotor};
+use rotor_edge_desktop::measurement::Reading;
 use rotor_edge_desktop::simulate::{SimulationRequest, simulate};
 use rotor_edge_desktop::{measurement, rotor_file};
 
-/// The diagnosis of a rotor kit whose inboard bearing stands on a pedestal.
-fn on_pedestal(kind: &str, parameters: &[(&str, f64)]) -> Diagnosis {
+/// A rotor kit, and readings of one whose inboard bearing stands on a pedestal.
+fn on_pedestal(kind: &str, parameters: &[(&str, f64)]) -> (Rotor, Vec<Reading>) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/single/case-004");
     let mut rotor = rotor_file::read(&folder.join("rotor.toml")).unwrap();
     let speeds = measurement::read(&folder.join("measured.csv"), &rotor).unwrap();
@@ -33,23 +34,30 @@ fn on_pedestal(kind: &str, parameters: &[(&str, f64)]) -> Diagnosis {
         seed: 5,
         ..SimulationRequest::default()
     };
-    diagnose(&rotor, &simulate(&machine, &request).unwrap().readings).unwrap()
+    let readings = simulate(&machine, &request).unwrap().readings;
+    (rotor, readings)
 }
 
 #[test]
 fn pedestal_equal_in_both_directions_is_named_as_such() {
-    let found = on_pedestal("pedestal", &[("k", 2.01e6), ("m", 27.4), ("c", 185.0)]);
+    let (rotor, readings) = on_pedestal("pedestal", &[("k", 2.01e6), ("m", 27.4), ("c", 185.0)]);
+    let found = diagnose(&rotor, &readings).unwrap();
     assert_eq!(found.verdict, DiagnosisVerdict::Missing, "{}", found.summary);
     let [named, general] = &found.candidates[..2] else { panic!("two candidates") };
     assert_eq!((named.effect, general.effect), ("pedestal", "pedestal_by_direction"));
     assert!(general.probability > RIVAL * named.probability, "{}", general.probability);
     assert!(found.indistinguishable.is_empty(), "{:?}", found.indistinguishable);
+    let improved = improve(&rotor, &readings, |_| ()).unwrap();
+    let [step] = &improved.steps[..] else { panic!("one effect") };
+    assert_eq!(step.added.effect, "pedestal");
+    assert!(step.group.is_empty(), "{:?}", step.group);
 }
 
 #[test]
 fn pedestal_softer_in_one_direction_is_named_as_such() {
     let softer = [("kx", 2.01e6), ("ky", 2.6e6), ("m", 27.4), ("c", 185.0)];
-    let found = on_pedestal("pedestal_by_direction", &softer);
+    let (rotor, readings) = on_pedestal("pedestal_by_direction", &softer);
+    let found = diagnose(&rotor, &readings).unwrap();
     assert_eq!(found.verdict, DiagnosisVerdict::Missing, "{}", found.summary);
     assert_eq!(found.candidates[0].effect, "pedestal_by_direction");
     assert!(found.indistinguishable.is_empty(), "{:?}", found.indistinguishable);

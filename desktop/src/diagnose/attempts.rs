@@ -89,13 +89,18 @@ impl BaseModel<'_> {
         Ok(NoiseLimit::of(noise, self.fitter, fit, &drawing))
     }
 
-    /// Whether a candidate exists beside which this model leaves no more than such noise, first on a part of the readings and then on all.
-    /// Of few readings it is taken to exist, as the question takes as long there as to try all candidates.
+    /// Whether a candidate of those that are asked for exists beside which this model leaves no more than such noise, first on a part of the
+    /// readings and then on all. Of few readings it is taken to exist, as the question takes as long there as to try all candidates.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn can_leave_only_noise_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
-        let possible = self.possible();
+    pub fn can_leave_only_noise_with(
+        &self,
+        noise: &Scatter,
+        is_asked: &(dyn Fn(&PlacedEffect) -> bool + Sync),
+    ) -> Result<bool, Error> {
+        let mut possible = self.possible();
+        possible.retain(is_asked);
         let places = possible.iter().map(|a| a.place);
         let Some(part) = Screening::beside(self.fitter, &self.hypothesis, &self.search.1, places)? else {
             return Ok(true);

@@ -266,24 +266,24 @@ fn in_order<'a>(
     let (mut base, mut tried) = (start, tried);
     let mut steps = Vec::new();
     loop {
-        // those that were refined beside the model at the start need no other fit
-        let placed: Vec<PlacedEffect> = left.iter().map(|i| best.hypothesis.effects[*i]).collect();
-        let mut refined = |a: &PlacedEffect| {
-            let k = tried.iter().position(|t| same(&t.placed, a) && t.is_settled)?;
-            Some(tried.swap_remove(k))
+        let mut settled = |index: &usize| {
+            let placed = &best.hypothesis.effects[*index];
+            let k = tried.iter().position(|t| same(&t.placed, placed) && t.is_settled)?;
+            Some((*index, tried.swap_remove(k)))
         };
-        let known: Vec<Option<CandidateFit>> = placed.iter().map(&mut refined).collect();
-        let fitted =
-            |(t, a): (Option<CandidateFit>, PlacedEffect)| t.map_or_else(|| base.refined_attempt(a), Ok);
-        let all: Vec<CandidateFit> =
-            known.into_par_iter().zip(placed).map(fitted).collect::<Result<_, Error>>()?;
-        let chi2 = |k: &usize| all[*k].shown().stated_chi2;
-        let k = (0..all.len()).min_by(|a, b| chi2(a).total_cmp(&chi2(b)));
-        let k = k.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))?;
-        let (t, index) = (&all[k], left.remove(k));
+        // those that were settled beside the model at the start explained more of the data than those that were not
+        let mut all: Vec<(usize, CandidateFit)> = left.iter().filter_map(&mut settled).collect();
+        if all.is_empty() {
+            let fitted = |index: &usize| Ok((*index, base.refined_attempt(best.hypothesis.effects[*index])?));
+            all = left.par_iter().map(fitted).collect::<Result<_, Error>>()?;
+        }
+        let chi2 = |(_, t): &(usize, CandidateFit)| t.shown().stated_chi2;
+        let most = all.into_iter().min_by(|a, b| chi2(a).total_cmp(&chi2(b)));
+        let (index, t) = most.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))?;
+        left.retain(|i| *i != index);
         let last = left.is_empty();
         let with = base.hypothesis.with(t.placed);
-        let candidate = base.candidate(t, f64::NAN, explains(&t.drawing(&base).scatter(), &base));
+        let candidate = base.candidate(&t, f64::NAN, explains(&t.drawing(&base).scatter(), &base));
         let shown = if last { &best.fit } else { t.shown() };
         let step = ImprovementStep {
             error_after: best.relative_error(shown),
@@ -298,7 +298,7 @@ fn in_order<'a>(
         if last {
             return Ok(steps);
         }
-        base = base.grown(t)?;
+        base = base.grown(&t)?;
         tried.clear();
     }
 }

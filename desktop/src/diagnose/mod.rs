@@ -25,6 +25,7 @@ mod mistakes;
 mod parameters;
 pub(crate) mod planes;
 pub(crate) mod rank;
+mod rivals;
 mod runs;
 mod saturated;
 mod screening;

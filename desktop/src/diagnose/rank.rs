@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::answer::{RIVAL, SURE};
 use super::base::{BaseModel, CandidateFit};
 use super::mistaken::MistakeComparison;
-use crate::compare::upper_tail;
+use super::rivals::{SettledCost, gains_no_more_than_noise};
 use crate::decomposition::singular_values;
 use crate::effects::Place;
 use crate::units::same_speed;
@@ -94,13 +94,12 @@ pub fn rank(
     Ranking { probabilities, best, nothing_missing, unknown, mistakes, groups, rivals }
 }
 
-/// Whether an effect improves the fit of its special case no more than noise would: the cost falls by a χ² with as many degrees of freedom
-/// as the effect has further unknowns.
+/// Whether an effect improves the fit of its special case no more than noise would.
 fn is_seen_as(t: &CandidateFit, case: &CandidateFit) -> bool {
-    let more = t.fit.effect_unknowns.saturating_sub(case.fit.effect_unknowns);
-    let gain = (case.fit.cost - t.fit.cost).max(0.0);
-    let both_settled = t.is_settled && case.is_settled;
-    both_settled && case.placed.is_case_of(&t.placed) && more > 0 && upper_tail(gain, more) >= SURE
+    t.is_settled
+        && case.is_settled
+        && case.placed.is_case_of(&t.placed)
+        && gains_no_more_than_noise(&SettledCost::of(&t.fit), &SettledCost::of(&case.fit))
 }
 
 /// Whether data like these would show an effect without parameters. There is no size to it: what speaks for it when it is there is

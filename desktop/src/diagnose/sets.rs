@@ -5,9 +5,10 @@
 
 use rayon::prelude::*;
 
-use super::answer::{RIVAL, SURE};
-use super::base::{BaseModel, CandidateFit, UnfittedModel, explains};
+use super::answer::SURE;
+use super::base::{BaseModel, CandidateFit, UnfittedModel, explains, same};
 use super::rank::{OUTSIDE, rank};
+use super::rivals::{ComparedSet, SettledCost, rivals};
 use super::screening::leaves_no_more;
 use super::unknown::UnknownCauseFit;
 use crate::error::Error;
@@ -191,19 +192,20 @@ fn followed(children: &[Child], ways: usize) -> usize {
     children.iter().take_while(is_followed).count()
 }
 
-/// Labels of the sets that rival the best of these children, by evidence that is settled; none if it has no rival, `None` without
-/// children.
-fn rivals(children: &[Child]) -> Option<Vec<String>> {
-    let near = children.first()?.0 + 2.0 * RIVAL.ln();
-    let equals = children.iter().filter(|(evidence, ..)| *evidence > near);
-    Some(two_or_more(equals.map(|(_, base, t)| labels(base, t).join(" + ")).collect()))
+fn compared_child((evidence, base, t): &Child) -> ComparedSet {
+    ComparedSet {
+        effects: base.hypothesis.with(t.placed).effects,
+        label: labels(base, t).join(" + "),
+        evidence: *evidence,
+        cost: t.is_settled.then(|| SettledCost::of(&t.fit)),
+    }
 }
 
 impl<'b, 'a> Beam<'b, 'a> {
     /// Sets of one effect, by their evidence over the model without it. Those that are followed beside the best are not settled yet.
     fn of_one(base: &'b BaseModel<'a>, tried: &'b [CandidateFit], width: usize) -> Option<Self> {
         let children = children(base, &[(base, tried)]);
-        let rivals = rivals(&children)?;
+        let rivals = rivals(children.iter().map(compared_child));
         let mut ways = children[..followed(&children, width)].iter();
         let grown = |(_, base, t): &Child<'_, 'a>| base.grown(t).ok();
         let lead = ways.find_map(grown)?;
@@ -212,12 +214,23 @@ impl<'b, 'a> Beam<'b, 'a> {
     }
 
     /// The sets beside the best that are followed on, settled. Where the best leaves no more than this noise with another effect, those are
-    /// left out that leave more with every other one.
+    /// left out that leave more with every effect that makes a set which the best, or one before, does not lead to.
     fn others(&mut self, enough: Option<&Scatter>) -> Result<Vec<BaseModel<'a>>, Error> {
+        let mut led_from = vec![self.lead.hypothesis.effects.clone()];
         let mut kept = Vec::with_capacity(self.others.len());
         for set in std::mem::take(&mut self.others) {
-            let is_rival = enough.map_or(Ok(true), |noise| set.can_leave_only_noise_with_another(noise));
-            kept.extend(is_rival?.then_some(set));
+            let effects = set.effects();
+            let is_rival = match enough {
+                None => true,
+                Some(noise) => set.can_leave_only_noise_with(noise, &|a: &PlacedEffect| {
+                    let has = |b: &PlacedEffect| same(a, b) || effects.iter().any(|own| same(own, b));
+                    !led_from.iter().any(|from| from.iter().all(has))
+                })?,
+            };
+            if is_rival {
+                led_from.push(effects);
+                kept.push(set);
+            }
         }
         Ok(kept.into_par_iter().filter_map(Followed::settled).collect())
     }
@@ -244,7 +257,7 @@ impl<'a> ChosenSets<'a> {
             children.retain(|(_, base, t)| leaves_no_more(base.fitter, &t.fit, t.drawing(base), noise));
         }
         let of_one = parents.len() == 1;
-        let rivals = if of_one { Some(rivals(&children)?) } else { None };
+        let rivals = of_one.then(|| rivals(children.iter().map(compared_child)));
         let many = followed(&children, if of_one { width } else { SETTLED * width });
         Some(Self {
             sets: children[..many].iter().map(|(_, base, t)| base.unfitted_with(t)).collect(),
@@ -262,9 +275,7 @@ impl<'a> ChosenSets<'a> {
             Some(rivals) => rivals,
             None => {
                 // most children were not refined, so that rivals are sought among the sets that were settled and that physics allows
-                let near = kept.first()?.evidence + 2.0 * RIVAL.ln();
-                let equals = kept.iter().filter(|set| set.is_physical && set.evidence > near);
-                two_or_more(equals.map(|set| effect_labels(&set.base).join(" + ")).collect())
+                rivals(kept.iter().filter(|set| set.is_physical).map(SettledSet::compared))
             }
         };
         let mut sets = kept.into_iter().map(|set| set.base).take(most);
@@ -279,6 +290,8 @@ struct SettledSet<'a> {
     is_physical: bool,
     /// Over the model that all began from.
     evidence: f64,
+    /// Of the fit to be compared, which a set that is kept for the search does without.
+    cost: SettledCost,
     base: BaseModel<'a>,
 }
 
@@ -286,7 +299,14 @@ impl<'a> SettledSet<'a> {
     fn of(set: UnfittedModel<'a>, start: &BaseModel<'a>) -> Option<Self> {
         let base = set.grown().ok()?;
         let evidence = start.fitter.evidence(&start.fit, &base.fit);
-        Some(Self { is_physical: base.is_physical().ok()?, evidence, base })
+        let cost = SettledCost::of(&base.fit);
+        Some(Self { is_physical: base.is_physical().ok()?, evidence, cost, base })
+    }
+
+    fn compared(&self) -> ComparedSet {
+        let Self { evidence, cost, ref base, .. } = *self;
+        let label = effect_labels(base).join(" + ");
+        ComparedSet { effects: base.hypothesis.effects.clone(), label, evidence, cost: Some(cost) }
     }
 
     /// The set as far as candidates are sought beside it.
@@ -316,10 +336,21 @@ impl<'a> Followed<'_, 'a> {
         }
     }
 
-    fn can_leave_only_noise_with_another(&self, noise: &Scatter) -> Result<bool, Error> {
+    fn effects(&self) -> Vec<PlacedEffect> {
         match self {
-            Self::Settled(base) => base.can_leave_only_noise_with_another(noise),
-            Self::Candidate(base, t) => base.with_unsettled(t).can_leave_only_noise_with_another(noise),
+            Self::Settled(base) => base.hypothesis.effects.clone(),
+            Self::Candidate(base, t) => base.hypothesis.with(t.placed).effects,
+        }
+    }
+
+    fn can_leave_only_noise_with(
+        &self,
+        noise: &Scatter,
+        is_asked: &(dyn Fn(&PlacedEffect) -> bool + Sync),
+    ) -> Result<bool, Error> {
+        match self {
+            Self::Settled(base) => base.can_leave_only_noise_with(noise, is_asked),
+            Self::Candidate(base, t) => base.with_unsettled(t).can_leave_only_noise_with(noise, is_asked),
         }
     }
 }
@@ -334,11 +365,6 @@ fn noise_of_enough(base: &BaseModel, t: &CandidateFit) -> Result<Option<Scatter>
         && is_enough(&UnknownCauseFit::beside_candidate(base, t)?)
         && base.with_unsettled(t).leaves_only_noise(&noise)?;
     Ok(enough.then_some(noise))
-}
-
-/// Labels, if there is more than one.
-fn two_or_more(labels: Vec<String>) -> Vec<String> {
-    if labels.len() > 1 { labels } else { Vec::new() }
 }
 
 /// Labels of a base's effects, sorted.

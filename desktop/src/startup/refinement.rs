@@ -1,6 +1,7 @@
 //! The same start-up through this project's own chain: the rotor model fitted, diagnosed, improved.
 
 use nalgebra::Complex;
+use rayon::prelude::*;
 
 use super::two_degree::DirectionalMotion;
 use super::{Options, Startup, two_degree};
@@ -75,7 +76,7 @@ pub fn refine(
     if kept.is_empty() {
         return Err(StartupError::NoKnownWeights.into());
     }
-    let fitted = |rotor: &Rotor, label: String| -> Result<(ModelStage, Vec<(C, f64)>), Error> {
+    let fitted = |(rotor, label): (&Rotor, String)| -> Result<(ModelStage, Vec<(C, f64)>), Error> {
         let fit = best_fit(rotor, &kept)?;
         let mut motion: DirectionalMotion = vec![vec![None; found.directions.len()]; readings.len()];
         for (row, along) in usable.iter().zip(found.along_directions(&fit.predicted_m)) {
@@ -88,18 +89,16 @@ pub fn refine(
         let planes = fit.unbalance_kg_m.iter().enumerate().map(|(i, u)| (*u, sd(i))).collect();
         Ok((ModelStage { label, motion, chi2_per_value: Some(fit.chi2_per_value) }, planes))
     };
-    let mut stages = simple_stages(found, readings, options);
-    let (stage, mut unbalance_kg_m) = fitted(rotor, "rotor model, bearings and own unbalance fitted".into())?;
-    stages.push(stage);
     let outcome = improve_telling(rotor, &kept, told, |step| progress(&step.added.label()))?;
-    let mut rotors: Vec<&Rotor> = outcome.steps.iter().map(|s| &s.rotor).collect();
-    if let Some(last) = rotors.last_mut() {
-        *last = &outcome.rotor;
+    let mut rotors = vec![(rotor, "rotor model, bearings and own unbalance fitted".to_string())];
+    rotors.extend(outcome.steps.iter().map(|step| (&step.rotor, format!("+ {}", step.added.label()))));
+    if let [_, .., last] = &mut rotors[..] {
+        last.0 = &outcome.rotor;
     }
-    for (step, rotor) in outcome.steps.iter().zip(rotors) {
-        let (stage, planes) = fitted(rotor, format!("+ {}", step.added.label()))?;
-        stages.push(stage);
-        unbalance_kg_m = planes;
-    }
+    let fitted: Vec<_> = rotors.into_par_iter().map(fitted).collect::<Result<_, Error>>()?;
+    let (of_rotor_models, mut unbalances): (Vec<ModelStage>, Vec<Vec<(C, f64)>>) = fitted.into_iter().unzip();
+    let mut stages = simple_stages(found, readings, options);
+    stages.extend(of_rotor_models);
+    let unbalance_kg_m = unbalances.pop().unwrap_or_default();
     Ok(ModelRefinement { stages, outcome, unbalance_kg_m })
 }
