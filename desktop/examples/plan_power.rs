@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use rotor_edge_desktop::diagnose::{Diagnosis, DiagnosisVerdict, SURE, diagnose};
 use rotor_edge_desktop::machine::drawing::EffectEntry;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::plan::{Campaign, EffectPlan, Plan, PlanRequest, plan};
+use rotor_edge_desktop::plan::{Campaign, Decision, EffectPlan, FurtherMeasurement, Plan, PlanRequest, plan};
 use rotor_edge_desktop::simulate::{SimulationRequest, simulate};
 use rotor_edge_desktop::{measurement, rotor_file};
 
@@ -34,7 +34,7 @@ const DRAWS: u64 = 40;
 const NEAR: f64 = 0.1;
 /// Undecided cases that are sought, and of one machine at most.
 const UNDECIDED: usize = 20;
-const UNDECIDED_EACH: usize = 4;
+const UNDECIDED_EACH: usize = 5;
 
 /// What a campaign shows of a machine with an effect, simulated on full finite elements with noise.
 fn simulated(campaign: &Campaign, effect: &EffectEntry, seed: u64) -> Option<Vec<Reading>> {
@@ -104,19 +104,20 @@ fn chosen(plan: &Plan, offset: usize) -> Vec<&EffectPlan> {
     (0..count).map(|k| sized[((2 * k + offset) * sized.len() / (2 * count)) % sized.len()]).collect()
 }
 
-fn planned([folder, data]: [&str; 2], probability: f64) -> Plan {
+/// The plan of a machine, for effects that are found with this probability, or to decide between some.
+fn planned([folder, data]: [&str; 2], probability: f64, between: Vec<String>) -> Plan {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
     let rotor = rotor_file::read(&folder.join("rotor.toml")).expect("a machine of this repository");
     let readings = measurement::read(&folder.join(data), &rotor).expect("its measurements");
     let mut speeds_rpm: Vec<f64> = readings.iter().map(|r| r.speed_rpm).collect();
     speeds_rpm.sort_by(f64::total_cmp);
     speeds_rpm.dedup();
-    let request = PlanRequest { speeds_rpm, runs: None, unbalance_kg_m: None, probability };
+    let request = PlanRequest { probability, between, ..PlanRequest::at(speeds_rpm) };
     plan(&rotor, &request).expect("a plan")
 }
 
 /// Predicted and simulated probability of each combination.
-fn power((name, plans): &(&str, Vec<Plan>), draws: u64, differences: &mut Vec<[f64; 2]>) {
+fn power(([name, _], plans): &([&str; 2], Vec<Plan>), draws: u64, differences: &mut Vec<[f64; 2]>) {
     for (offset, plan) in plans.iter().enumerate() {
         for effect in chosen(plan, offset) {
             let label = effect.label();
@@ -149,11 +150,21 @@ fn sum_up(differences: &[[f64; 2]]) {
     println!("mean difference {:+.1} points, largest {:.0} points\n", 100.0 * mean, 100.0 * worst);
 }
 
+/// What decides between the effects that a diagnosis could not tell apart, by a plan made for that.
+fn deciding(files: [&str; 2], plan: &Plan, undecided: &Diagnosis) -> Option<(Decision, FurtherMeasurement)> {
+    let likeliest = || undecided.candidates.iter().take(2).map(|c| c.label()).collect();
+    let mut labels: Vec<String> = undecided.indistinguishable.first().cloned().unwrap_or_else(likeliest);
+    labels.retain(|label| plan.effects.iter().any(|e| e.label() == *label));
+    let decision = planned(files, plan.probability, labels).between?;
+    let best = decision.measurement.clone()?;
+    Some((decision, best))
+}
+
 /// How often the best further measurement decides a case that is undecided.
-fn further(plans: &[(&str, Vec<Plan>)], draws: u64) {
-    println!("machine, effect, best further measurement, verdict with it");
-    let [mut undecided, mut decided, mut right, mut drawn] = [0; 4];
-    for (name, plans) in plans {
+fn further(plans: &[([&str; 2], Vec<Plan>)], draws: u64) {
+    println!("machine, effect, best further measurement, probability that it decides, verdict with it");
+    let [mut undecided, mut decided, mut right, mut drawn, mut cases_decided] = [0; 5];
+    for (files @ [name, _], plans) in plans {
         let (mut of_machine, plan) = (0, plans.last().expect("one a probability"));
         for (k, effect) in plan.effects.iter().enumerate() {
             if of_machine == UNDECIDED_EACH || undecided == UNDECIDED {
@@ -165,8 +176,7 @@ fn further(plans: &[(&str, Vec<Plan>)], draws: u64) {
             if before.verdict != DiagnosisVerdict::Undecided || !is_found(&before, &label) {
                 continue;
             }
-            let group = before.indistinguishable.first().cloned().unwrap_or_else(|| vec![label.clone()]);
-            let Some(best) = plan.best_for(&group) else { continue };
+            let Some((decision, best)) = deciding(*files, plan, &before) else { continue };
             of_machine += 1;
             undecided += 1;
             let then = |draw: u64| diagnosed(&best.campaign, entry, seed + 1000 * (draw + 1));
@@ -186,11 +196,18 @@ fn further(plans: &[(&str, Vec<Plan>)], draws: u64) {
                 )
             });
             let ends = counted(ends.collect());
-            println!("{name}, {label}, {}, {of_case} of {} decided{ends}", best.measurement, after.len());
+            println!(
+                "{name}, {label}, {}, {:.2}, {of_case} of {} decided{ends}",
+                best.measurement,
+                decision.then,
+                after.len()
+            );
+            cases_decided += usize::from(2 * of_case > after.len());
         }
     }
     println!(
-        "{undecided} undecided cases: {decided} of {drawn} draws decided by the best further measurement, {right} of them rightly"
+        "{undecided} undecided cases, {cases_decided} of them decided in most draws by the best further measurement; {decided} of \
+         {drawn} draws decided, {right} of them rightly"
     );
 }
 
@@ -203,7 +220,7 @@ fn main() {
     let draws = std::env::args().nth(1).map_or(DRAWS, |text| text.parse().expect("a number of draws"));
     let is_further_alone = std::env::args().nth(3).is_some_and(|part| part == "further");
     let of_machine = |files: &[&'static str; 2]| {
-        (files[0], PROBABILITIES.map(|probability| planned(*files, probability)).to_vec())
+        (*files, PROBABILITIES.map(|probability| planned(*files, probability, Vec::new())).to_vec())
     };
     println!("machine, effect, change of the readings, predicted, simulated ({draws} draws)");
     let (mut plans, mut differences) = (Vec::new(), Vec::new());

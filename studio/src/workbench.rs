@@ -128,6 +128,7 @@ impl Workbench {
         let mut bench = self.lock();
         let session = bench.opened()?;
         let (key, model) = (session.key(session.current()), session.model()?);
+        let between = bench.rivals();
         if bench.plan.as_ref().is_some_and(|(known, _)| *known == key) {
             return Ok(());
         }
@@ -136,7 +137,7 @@ impl Workbench {
         bench.version += 1;
         let this = self.clone();
         std::thread::spawn(move || {
-            let found = match unbroken(|| planned(&model, &progress)) {
+            let found = match unbroken(|| planned(&model, between, &progress)) {
                 Ok(answer) => PlanState::Found(Arc::new(answer)),
                 Err(error) => PlanState::Failed(shown(&error)),
             };
@@ -156,17 +157,12 @@ pub(crate) fn unbroken<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
     done.unwrap_or_else(|_| bail!("a fault of the program ended this; please report it with the two files"))
 }
 
-/// What the measurements of a model, and more of them, could show.
-fn planned(model: &FittedTo, progress: &SearchProgress) -> Result<PlanAnswer> {
+/// What the measurements of a model, and more of them, could show, and which of them decides between some effects.
+fn planned(model: &FittedTo, between: Vec<String>, progress: &SearchProgress) -> Result<PlanAnswer> {
     let mut speeds_rpm: Vec<f64> = model.readings.iter().map(|r| r.speed_rpm).collect();
     speeds_rpm.sort_by(f64::total_cmp);
     speeds_rpm.dedup();
-    let request = PlanRequest {
-        speeds_rpm,
-        runs: None,
-        unbalance_kg_m: None,
-        probability: PlanRequest::USUAL_PROBABILITY,
-    };
+    let request = PlanRequest { between, ..PlanRequest::at(speeds_rpm) };
     let tell = |done, planned| progress.tell(done, planned);
     Ok(PlanAnswer::of(&model.rotor.name, &plan_telling(&model.rotor, &request, &tell)?))
 }
@@ -269,6 +265,18 @@ impl Bench {
     pub fn diagnosis(&self, step: &crate::session::step::Step) -> Option<DiagnosisState> {
         let key = self.session.as_ref()?.key(step);
         self.known.iter().find(|k| k.key == key)?.diagnosis.clone()
+    }
+
+    /// Labels of the effects that the diagnosis of the current model cannot tell apart; none before it is done.
+    fn rivals(&self) -> Vec<String> {
+        let current = self.session.as_ref().map(|session| session.current());
+        let Some(DiagnosisState::Found(found)) = current.and_then(|step| self.diagnosis(step)) else {
+            return Vec::new();
+        };
+        let is_effect = |label: &&String| found.candidates.iter().any(|c| c.fitted.label == **label);
+        let group = found.indistinguishable.first();
+        let rivals: Vec<String> = group.into_iter().flatten().filter(is_effect).cloned().collect();
+        if rivals.len() > 1 { rivals } else { Vec::new() }
     }
 
     /// How far the plan of the current model is.

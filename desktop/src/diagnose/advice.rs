@@ -50,6 +50,7 @@ pub fn another_kind(base: &BaseModel) -> String {
 }
 
 /// A measurement that could be made.
+#[derive(Clone)]
 pub struct Measurement {
     pub name: String,
     pub speeds_rpm: Vec<f64>,

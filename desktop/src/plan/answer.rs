@@ -1,12 +1,9 @@
 //! The answer of a plan.
 
-use super::{Campaign, UnbalanceSource};
+use super::{Campaign, Decision, UnbalanceSource};
 use crate::diagnose::PlaneUnbalances;
 use crate::effects::Knowledge;
 use crate::machine::drawing::{EffectEntry, Noise};
-
-/// Accuracy of predicted probabilities, as a plan is asked to have it: a smaller difference says nothing of which is larger.
-const ACCURACY: f64 = 0.1;
 
 /// A parameter of an effect; of a phasor its magnitude.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,15 +98,6 @@ pub struct FurtherMeasurement {
     pub half_widths: Vec<f64>,
 }
 
-impl FurtherMeasurement {
-    /// Average probability with which one of these effects would be named alone.
-    fn tells_apart(&self, labels: &[String]) -> f64 {
-        let of = |label: &String| self.alone_of.iter().find(|(l, _)| l == label).map(|(_, alone)| *alone);
-        let all: Vec<f64> = labels.iter().filter_map(of).collect();
-        all.iter().sum::<f64>() / all.len().max(1) as f64
-    }
-}
-
 /// What measurements could show.
 #[derive(Debug, Clone)]
 pub struct Plan {
@@ -130,18 +118,10 @@ pub struct Plan {
     pub planes: PlaneUnbalances,
     /// Further measurements, those that help most first.
     pub next: Vec<FurtherMeasurement>,
+    /// What would decide between the effects of the request.
+    pub between: Option<Decision>,
     /// The measurements that are planned.
     pub campaign: Campaign,
     /// What was assumed, one sentence each.
     pub remarks: Vec<String>,
-}
-
-impl Plan {
-    /// The further measurement that most probably decides which of these effects it is, by their labels: those that a diagnosis could
-    /// not tell apart. Of several that decide as probably, as far as a plan knows it, the one that tells most of all effects and of the
-    /// unbalance.
-    pub fn best_for(&self, labels: &[String]) -> Option<&FurtherMeasurement> {
-        let most = self.next.iter().map(|m| m.tells_apart(labels)).fold(0.0, f64::max);
-        self.next.iter().find(|m| m.tells_apart(labels) >= most - ACCURACY)
-    }
 }

@@ -30,11 +30,24 @@ pub struct PlanRequest {
     pub unbalance_kg_m: Option<Vec<C>>,
     /// Probability with which effects are to be found, 0 to 1.
     pub probability: f64,
+    /// Effects that are to be told apart, `effect@place`; none if nothing is to be decided.
+    pub between: Vec<String>,
 }
 
 impl PlanRequest {
     /// Probability with which an effect of the smallest size is found.
     pub const USUAL_PROBABILITY: f64 = 0.9;
+
+    /// All runs of the file at these speeds, rpm, with nothing to be decided.
+    pub fn at(speeds_rpm: Vec<f64>) -> Self {
+        Self {
+            speeds_rpm,
+            runs: None,
+            unbalance_kg_m: None,
+            probability: Self::USUAL_PROBABILITY,
+            between: Vec::new(),
+        }
+    }
 }
 
 /// Where the unbalance that a machine is taken with comes from.

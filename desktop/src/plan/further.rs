@@ -10,11 +10,12 @@ use rayon::prelude::*;
 
 use super::answer::{EffectPlan, FurtherMeasurement};
 use super::campaign::Campaign;
+use super::imitation::Candidate;
 use super::planned::PlannedModel;
-use super::power::{Explained, Outcome, outcome};
+use super::power::{Explained, FittedRival, Outcome, outcome};
 use super::strength::EffectState;
 use crate::diagnose::advice::{self, Measurement};
-use crate::diagnose::base::BaseModel;
+use crate::diagnose::base::{BaseModel, same};
 use crate::diagnose::{PlaneUnbalances, rank};
 use crate::effects::entry;
 use crate::error::Error;
@@ -32,76 +33,122 @@ const BETWEEN_BEARINGS: [f64; 3] = [0.25, 0.5, 0.75];
 /// Pairs of probes that are tried.
 const MOST_PAIRS: usize = 6;
 
+/// An effect of the size that matters.
+pub struct SoughtEffect {
+    pub placed: PlacedEffect,
+    pub entry: EffectEntry,
+    /// Rivals that were fitted to the planned measurements, with what each leaves as [`FittedRival`] has it.
+    pub rivals: Vec<(PlacedEffect, f64)>,
+}
+
+impl SoughtEffect {
+    /// Those of a plan with the rivals that were fitted to each.
+    pub fn all(planned: &PlannedModel, effects: &[EffectPlan], rivals: &[Vec<FittedRival>]) -> Vec<Self> {
+        let placed = |rival: &FittedRival| (planned.candidates[rival.candidate].placed, rival.share);
+        let of = |((candidate, effect), rivals): ((&Candidate, &EffectPlan), &Vec<FittedRival>)| Self {
+            placed: candidate.placed,
+            entry: effect.relevant.entry.clone(),
+            rivals: rivals.iter().map(placed).collect(),
+        };
+        planned.candidates.iter().zip(effects).zip(rivals).map(of).collect()
+    }
+
+    /// Its rivals among these candidates.
+    fn rivals_among(&self, candidates: &[Candidate]) -> Vec<FittedRival> {
+        let number = |placed: &PlacedEffect| candidates.iter().position(|c| same(&c.placed, placed));
+        let of = |(placed, share): &(PlacedEffect, f64)| {
+            number(placed).map(|candidate| FittedRival { candidate, share: *share })
+        };
+        self.rivals.iter().filter_map(of).collect()
+    }
+}
+
+/// What is measured beyond a plan.
+#[derive(Clone)]
+pub enum Addition {
+    Measurement(Measurement),
+    /// Several readings averaged into each.
+    Averages,
+}
+
+impl Addition {
+    /// Everything that one could go on with.
+    fn all(planned: &PlannedModel) -> Vec<Self> {
+        measurements(planned).into_iter().map(Self::Measurement).chain([Self::Averages]).collect()
+    }
+
+    pub fn name(&self) -> String {
+        match self {
+            Self::Measurement(m) => m.name.clone(),
+            Self::Averages => format!("{AVERAGED:.0} readings averaged at every speed"),
+        }
+    }
+
+    /// A campaign with it.
+    pub fn to(&self, campaign: &Campaign) -> Campaign {
+        match self {
+            Self::Measurement(m) => campaign.with(m),
+            Self::Averages => campaign.averaged(AVERAGED),
+        }
+    }
+}
+
 /// What can be found with some measurements, effect by effect of the size that matters.
 pub struct Further {
     found: usize,
     alone: usize,
     /// Probability of each effect to be named alone, by label.
-    alone_of: Vec<(String, f64)>,
+    pub alone_of: Vec<(String, f64)>,
     bits: f64,
     half_widths: Vec<f64>,
 }
 
 impl Further {
-    /// Further measurements beside planned ones, those that help most first.
-    ///
-    /// # Errors
-    /// If a machine is singular.
+    /// Further measurements beside planned ones, with which `now` can be found, those that help most first.
     pub fn of(
         campaign: &Campaign,
         planned: &PlannedModel,
-        effects: &[EffectPlan],
-        planes: &PlaneUnbalances,
-    ) -> Result<Vec<FurtherMeasurement>, Error> {
-        let sizes: Vec<(PlacedEffect, &EffectEntry)> =
-            planned.candidates.iter().zip(effects).map(|(c, e)| (c.placed, &e.relevant.entry)).collect();
-        let now = Self::found_by(planned, &sizes, planes);
-        let mut campaigns: Vec<(String, Campaign)> =
-            measurements(planned).iter().map(|m| (m.name.clone(), campaign.with(m))).collect();
-        campaigns
-            .push((format!("{AVERAGED:.0} readings averaged at every speed"), campaign.averaged(AVERAGED)));
+        sizes: &[SoughtEffect],
+        now: &Self,
+    ) -> Vec<(Addition, FurtherMeasurement)> {
+        let additions = Addition::all(planned);
         let progress = &planned.base.fitter.progress;
-        progress.plan(campaigns.len());
-        let try_one = |(measurement, more): &(String, Campaign)| {
-            let then = Self::by(more, &sizes);
+        progress.plan(additions.len());
+        let try_one = |addition: Addition| {
+            let then = Self::beyond(now, addition.name(), addition.to(campaign), sizes);
             progress.step();
-            // a further measurement in which the machine cannot be computed is none that helps
-            then.ok().map(|then| then.beyond(&now, measurement.clone(), more.clone()))
+            Some((addition, then?))
         };
-        let all: Vec<Option<FurtherMeasurement>> = campaigns.par_iter().map(try_one).collect();
-        let mut all: Vec<FurtherMeasurement> = all.into_iter().flatten().collect();
-        all.sort_by(|a, b| b.gain_bits.total_cmp(&a.gain_bits));
-        Ok(all)
+        let mut all: Vec<(Addition, FurtherMeasurement)> =
+            additions.into_par_iter().filter_map(try_one).collect();
+        all.sort_by(|(_, a), (_, b)| b.gain_bits.total_cmp(&a.gain_bits));
+        all
     }
 
     /// With the measurements of a campaign.
     ///
     /// # Errors
     /// If the machine is singular.
-    pub fn by(campaign: &Campaign, sizes: &[(PlacedEffect, &EffectEntry)]) -> Result<Self, Error> {
+    fn by(campaign: &Campaign, sizes: &[SoughtEffect]) -> Result<Self, Error> {
         let readings = campaign.readings()?;
         let fitter = Fitter::new(&campaign.rotor, Data::new(&campaign.rotor, &campaign.noise, &readings));
-        let placed: Vec<PlacedEffect> = sizes.iter().map(|(placed, _)| *placed).collect();
+        let placed: Vec<PlacedEffect> = sizes.iter().map(|sought| sought.placed).collect();
         let planned = PlannedModel::looking_for(BaseModel::as_stated(&fitter)?, campaign.noise, &placed)?;
         let planes = planned.planes()?;
         Ok(Self::found_by(&planned, sizes, &planes))
     }
 
-    fn found_by(
-        planned: &PlannedModel,
-        sizes: &[(PlacedEffect, &EffectEntry)],
-        planes: &PlaneUnbalances,
-    ) -> Self {
+    pub fn found_by(planned: &PlannedModel, sizes: &[SoughtEffect], planes: &PlaneUnbalances) -> Self {
         let is_saturated = rank::saturation(&planned.base).is_some();
         let look = |number: usize| {
             let placed = planned.candidates[number].placed;
             let with = planned.with(placed);
-            let (_, entry) = sizes.iter().find(|(p, _)| crate::diagnose::base::same(p, &placed))?;
-            let state = stated(&with.scales, with.rotor, placed, entry);
+            let sought = sizes.iter().find(|sought| same(&sought.placed, &placed))?;
+            let state = stated(&with.scales, with.rotor, placed, &sought.entry);
             let change = planned.change(&with, &planned.forward(&with).ok()?, &state)?;
             let signal = planned.signal_beside_fit(&change)?;
             let explained = Explained::of(planned, number, &signal);
-            let outcome = outcome(planned, number, &explained, &[]);
+            let outcome = outcome(planned, number, &explained, &sought.rivals_among(&planned.candidates));
             Some((placed.label(with.rotor), outcome))
         };
         let looked: Vec<(String, Outcome)> =
@@ -122,20 +169,27 @@ impl Further {
         }
     }
 
-    /// What these measurements are worth beyond others.
-    fn beyond(self, before: &Self, measurement: String, campaign: Campaign) -> FurtherMeasurement {
+    /// What the measurements of a campaign are worth beyond those with which so much is found; `None` where the machine cannot be computed
+    /// in them, which is no help.
+    pub fn beyond(
+        before: &Self,
+        measurement: String,
+        campaign: Campaign,
+        sizes: &[SoughtEffect],
+    ) -> Option<FurtherMeasurement> {
+        let then = Self::by(&campaign, sizes).ok()?;
         let ratio = |(then, now): (&f64, &f64)| if *now > 0.0 && now.is_finite() { then / now } else { 1.0 };
-        let half_widths: Vec<f64> = self.half_widths.iter().zip(&before.half_widths).map(ratio).collect();
+        let half_widths: Vec<f64> = then.half_widths.iter().zip(&before.half_widths).map(ratio).collect();
         let by_planes: f64 = half_widths.iter().map(|r| -2.0 * r.max(f64::MIN_POSITIVE).log2()).sum();
-        FurtherMeasurement {
+        Some(FurtherMeasurement {
             measurement,
             campaign,
-            gain_bits: self.bits - before.bits + by_planes,
-            found: [self.found, before.found],
-            alone: [self.alone, before.alone],
-            alone_of: self.alone_of,
+            gain_bits: then.bits - before.bits + by_planes,
+            found: [then.found, before.found],
+            alone: [then.alone, before.alone],
+            alone_of: then.alone_of,
             half_widths,
-        }
+        })
     }
 }
 

@@ -17,9 +17,11 @@
 //! | `power` | probability that an effect is found |
 //! | `smallest` | the smallest effect that is found |
 //! | `further` | which further measurement helps most |
+//! | `decision` | which one, or two, decide between some effects |
 
 mod answer;
 mod campaign;
+mod decision;
 mod further;
 mod imitation;
 mod model;
@@ -35,6 +37,7 @@ use rayon::prelude::*;
 
 pub use answer::{EffectPlan, EffectSize, FurtherMeasurement, Imitation, Plan, SizedParameter};
 pub use campaign::{Campaign, PlanRequest, UnbalanceSource, runs_of};
+pub use decision::Decision;
 
 use crate::diagnose::rank;
 use crate::error::Error;
@@ -42,8 +45,9 @@ use crate::fit::Fitter;
 use crate::fit::data::Data;
 use crate::fit::progress::ProgressListener;
 use crate::machine::drawing::{Rotor, Tolerance};
-use further::Further;
+use further::{Further, SoughtEffect};
 use planned::PlannedModel;
+use power::FittedRival;
 
 /// What measurements of a machine could show.
 ///
@@ -72,9 +76,17 @@ pub fn plan_telling(rotor: &Rotor, request: &PlanRequest, told: ProgressListener
         progress.step();
         found
     };
-    let effects: Vec<EffectPlan> = (0..planned.candidates.len()).into_par_iter().map(look).collect();
+    let (effects, rivals): (Vec<EffectPlan>, Vec<Vec<FittedRival>>) =
+        (0..planned.candidates.len()).into_par_iter().map(look).unzip();
     let planes = planned.planes()?;
-    let next = Further::of(&campaign, &planned, &effects, &planes)?;
+    let sizes = SoughtEffect::all(&planned, &effects, &rivals);
+    let now = Further::found_by(&planned, &sizes, &planes);
+    let further = Further::of(&campaign, &planned, &sizes, &now);
+    let between = match request.between.is_empty() {
+        true => None,
+        false => Some(Decision::between(&request.between, &campaign, &sizes, &now, &further)?),
+    };
+    let next = further.into_iter().map(|(_, measurement)| measurement).collect();
     let mut remarks = Vec::new();
     remarks.extend(campaign.remark());
     remarks.extend(noise.assumption(&campaign.rotor));
@@ -91,6 +103,7 @@ pub fn plan_telling(rotor: &Rotor, request: &PlanRequest, told: ProgressListener
         effects,
         planes,
         next,
+        between,
         campaign,
         remarks,
     })

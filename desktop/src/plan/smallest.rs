@@ -118,7 +118,8 @@ impl<'m, 'a> EffectPath<'m, 'a> {
                 rough.len() - 1
             }
         };
-        Some(self.again(rough[at].clone()))
+        let tried = rough[at].clone();
+        Some(Tried { outcome: self.beside_fitted(&tried), ..tried })
     }
 
     /// With the model fitted.
@@ -133,18 +134,25 @@ impl<'m, 'a> EffectPath<'m, 'a> {
         }
     }
 
-    /// Fits the rivals that imitate the effect of a size best.
-    fn fit_rivals(&mut self, tried: &Tried) {
-        let Some(change) = self.change(tried.strength) else { return };
-        let nearest = tried.outcome.rivals.iter().filter(|r| r.lost > 0.0);
-        let numbers: Vec<(usize, f64)> =
-            nearest.filter_map(|r| Some((r.candidate?, r.lost))).take(FITTED_RIVALS).collect();
+    /// The rivals that imitate the effect of a size best, fitted.
+    fn fitted_rivals(&self, tried: &Tried) -> Vec<FittedRival> {
+        let Some(change) = self.change(tried.strength) else { return Vec::new() };
+        let candidates = &self.planned.candidates;
+        let own = candidates[self.number].placed.effect.name();
+        // the same effect elsewhere can be most alike where its response is far from linear
+        let is_same_effect = |candidate: usize| candidates[candidate].placed.effect.name() == own;
+        let rivals = tried.outcome.rivals.iter().filter(|r| r.lost > 0.0);
+        let ordered = rivals.filter_map(|r| Some((r.candidate?, r.lost))).enumerate();
+        let numbers: Vec<(usize, f64)> = ordered
+            .filter(|(k, (candidate, _))| *k < FITTED_RIVALS || is_same_effect(*candidate))
+            .map(|(_, rival)| rival)
+            .collect();
         let fit = |(candidate, linear): (usize, f64)| {
             let placed = self.planned.candidates[candidate].placed;
             let lost = self.planned.loss_of_fitted(placed, &change)?;
             Some(FittedRival { candidate, share: (lost / linear).clamp(0.0, 1.0) })
         };
-        self.fitted = numbers.into_iter().filter_map(fit).collect();
+        numbers.into_iter().filter_map(fit).collect()
     }
 
     fn tried(&self, strength: f64, signal: &Signal) -> Tried {
@@ -153,10 +161,9 @@ impl<'m, 'a> EffectPath<'m, 'a> {
         Tried { strength, change: signal.change, explained, outcome }
     }
 
-    /// The same with the rivals that are fitted by now.
-    fn again(&self, tried: Tried) -> Tried {
-        let outcome = outcome(self.planned, self.number, &tried.explained, &self.fitted);
-        Tried { outcome, ..tried }
+    /// What becomes of the same effect beside the rivals that are fitted by now.
+    fn beside_fitted(&self, tried: &Tried) -> Outcome {
+        outcome(self.planned, self.number, &tried.explained, &self.fitted)
     }
 
     /// The strength that changes the readings by [`RELEVANT`], or by as much as it can.
@@ -290,7 +297,13 @@ impl Search<'_, '_, '_> {
 }
 
 /// What the readings would show of a candidate; nothing can be found where bearings and planes use up all that they hold.
-pub fn effect(planned: &PlannedModel, number: usize, probability: f64, is_saturated: bool) -> EffectPlan {
+/// The rivals that were fitted are those of the size that matters.
+pub fn effect(
+    planned: &PlannedModel,
+    number: usize,
+    probability: f64,
+    is_saturated: bool,
+) -> (EffectPlan, Vec<FittedRival>) {
     let candidate = &planned.candidates[number];
     let with = planned.with(candidate.placed);
     let has_size = candidate.unknowns > 0;
@@ -306,21 +319,28 @@ pub fn effect(planned: &PlannedModel, number: usize, probability: f64, is_satura
         }
         path.smallest(relevant.strength, probability, of)
     };
-    let smallest = found(&path, |outcome| outcome.found);
+    let mut smallest = found(&path, |outcome| outcome.found);
     if let (Some(path), Some(tried)) = (&mut path, &smallest) {
-        path.fit_rivals(tried);
+        path.fitted = path.fitted_rivals(tried);
     }
-    // what fitted rivals change is whether it is named alone, and what imitates it
-    let again = |tried: Option<Tried>| {
-        let before = tried?;
-        let found = before.outcome.found;
-        let mut tried = path.as_ref()?.again(before);
-        tried.outcome.found = found;
-        tried.outcome.alone = tried.outcome.alone.min(found);
-        Some(tried)
-    };
+    let is_hidden = |path: &EffectPath, tried: &Tried| path.beside_fitted(tried).found < probability - NEAR;
+    if path.as_ref().zip(smallest.as_ref()).is_some_and(|(path, tried)| is_hidden(path, tried)) {
+        // by rivals that imitate it better than their linear directions do
+        smallest = found(&path, |outcome| outcome.found);
+    }
     let alone = smallest.as_ref().and_then(|_| found(&path, |outcome| outcome.alone));
-    let (smallest, relevant) = (again(smallest), again(relevant));
+    let rivals = path.as_ref().zip(relevant.as_ref()).map(|(path, tried)| path.fitted_rivals(tried));
+    let rivals = rivals.unwrap_or_default();
+    // what fitted rivals change beyond that is whether it is named alone, and what imitates it
+    let beside = |tried: Tried, fitted: &[FittedRival]| {
+        let mut outcome = outcome(planned, number, &tried.explained, fitted);
+        outcome.found = tried.outcome.found;
+        outcome.alone = outcome.alone.min(outcome.found);
+        Tried { outcome, ..tried }
+    };
+    let of_smallest = path.as_ref().map_or(&[][..], |path| &path.fitted);
+    let smallest = smallest.map(|tried| beside(tried, of_smallest));
+    let relevant = relevant.map(|tried| beside(tried, &rivals));
     let size = |tried: &Tried| path.as_ref().map(|path| path.size(tried));
     let told = smallest.as_ref().or(relevant.as_ref());
     let nothing = || {
@@ -337,7 +357,7 @@ pub fn effect(planned: &PlannedModel, number: usize, probability: f64, is_satura
     if is_saturated {
         (at_relevant.found, at_relevant.alone) = (0.0, 0.0);
     }
-    EffectPlan {
+    let answer = EffectPlan {
         effect: candidate.placed.effect.name(),
         at: candidate.placed.place.name(with.rotor).map(Cow::into_owned),
         smallest: smallest.as_ref().and_then(size),
@@ -346,7 +366,8 @@ pub fn effect(planned: &PlannedModel, number: usize, probability: f64, is_satura
         has_size,
         imitations: told.map(|tried| imitations(planned, &tried.outcome)).unwrap_or_default(),
         knowledge: candidate.placed.effect.knowledge(),
-    }
+    };
+    (answer, rivals)
 }
 
 /// Rivals first, then what comes nearest.

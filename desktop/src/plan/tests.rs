@@ -9,12 +9,7 @@ use crate::units::rad_s;
 
 fn request(from: f64, to: f64, count: usize) -> PlanRequest {
     let at = |k: usize| from + (to - from) * k as f64 / (count - 1) as f64;
-    PlanRequest {
-        speeds_rpm: (0..count).map(at).collect(),
-        runs: None,
-        unbalance_kg_m: None,
-        probability: PlanRequest::USUAL_PROBABILITY,
-    }
+    PlanRequest::at((0..count).map(at).collect())
 }
 
 fn with_noise(rotor: Rotor, relative: f64, floor_um: f64) -> Rotor {
@@ -184,22 +179,4 @@ fn planned_pair_of_probes_belongs_to_the_nearest_bearing() {
         let readings = simulate(&more.rotor, &request).unwrap().readings;
         assert_eq!(readings[0].probes.len(), rotor.probe.len() + 2);
     }
-}
-
-#[test]
-fn most_informative_of_equally_decisive_measurements_is_best() {
-    let mut plan = plan(&one_mode(), &request(500.0, 3000.0, 7)).unwrap();
-    let label = "runout".to_string();
-    let mut next = |gains_and_probabilities: &[(f64, f64)]| {
-        let measured = plan.next[0].clone();
-        let of = |(gain_bits, alone): &(f64, f64)| FurtherMeasurement {
-            gain_bits: *gain_bits,
-            alone_of: vec![(label.clone(), *alone)],
-            ..measured.clone()
-        };
-        plan.next = gains_and_probabilities.iter().map(of).collect();
-        plan.best_for(std::slice::from_ref(&label)).unwrap().gain_bits
-    };
-    assert_eq!(next(&[(3.0, 0.2), (2.0, 0.92), (1.0, 0.94)]), 2.0);
-    assert_eq!(next(&[(3.0, 0.2), (2.0, 0.82), (1.0, 0.94)]), 1.0);
 }

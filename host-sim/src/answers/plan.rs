@@ -1,6 +1,6 @@
 //! Answer of `plan`.
 
-use rotor_edge_desktop::plan::{EffectPlan, EffectSize, FurtherMeasurement, Imitation, Plan};
+use rotor_edge_desktop::plan::{Decision, EffectPlan, EffectSize, FurtherMeasurement, Imitation, Plan};
 use serde::Serialize;
 
 use super::shared::PlaneUnbalance;
@@ -30,6 +30,8 @@ pub struct PlanAnswer {
     pub planes: Vec<PlannedPlane>,
     /// Further measurements, those that help most first.
     pub next: Vec<NextMeasurement>,
+    /// What would decide between the effects of ``--between``; none if nothing is to be decided.
+    pub between: Option<DecisionAnswer>,
     pub remarks: Vec<String>,
 }
 
@@ -121,6 +123,30 @@ pub struct NextMeasurement {
     pub accuracy_ratio: Vec<f64>,
 }
 
+/// Which further measurement decides between effects that a diagnosis cannot tell apart.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DecisionAnswer {
+    /// ``effect@place`` of each.
+    pub effects: Vec<String>,
+    /// The measurement, or two together, that decide most probably; none if none could be tried.
+    pub measurement: Option<String>,
+    /// With which one of the effects, of the size that matters, is named alone then, on average over them.
+    pub probability: f64,
+    /// The same by the planned measurements alone.
+    pub probability_without: f64,
+}
+
+impl From<&Decision> for DecisionAnswer {
+    fn from(decision: &Decision) -> Self {
+        Self {
+            effects: decision.effects.clone(),
+            measurement: decision.measurement.as_ref().map(|m| m.measurement.clone()),
+            probability: decision.then,
+            probability_without: decision.now,
+        }
+    }
+}
+
 impl PlanAnswer {
     pub fn of(machine: &str, plan: &Plan) -> Self {
         let effects: Vec<PlannedEffect> = plan.effects.iter().map(PlannedEffect::from).collect();
@@ -155,6 +181,7 @@ impl PlanAnswer {
             effects,
             planes: planes.collect(),
             next: plan.next.iter().map(NextMeasurement::from).collect(),
+            between: plan.between.as_ref().map(DecisionAnswer::from),
             remarks,
         }
     }

@@ -4,7 +4,7 @@ mod request;
 
 use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::Args;
 use rotor_edge_desktop::plan::{PlanRequest, plan_telling};
 use rotor_edge_desktop::rotor_file;
@@ -32,6 +32,9 @@ pub struct Arguments {
     /// [default: that of the rotor's file, else what its balance grade permits]
     #[arg(long, value_name = "[PLANE=]X[@DEG]", value_delimiter = ',', value_parser = unbalance)]
     unbalance: Vec<(Option<String>, f64, f64)>,
+    /// Effect that a further measurement is to tell from others, as in rub@"disk 1"; to be stated for each of them
+    #[arg(long, value_name = "EFFECT[@PLACE]")]
+    between: Vec<String>,
     /// Effects to list
     #[arg(long)]
     top: Option<usize>,
@@ -40,12 +43,17 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
+    if let [alone] = &arguments.between[..] {
+        bail!(
+            "--between names {alone} alone, expected two effects or more: those that a diagnosis cannot tell apart"
+        );
+    }
     let rotor = rotor_file::read(&arguments.rotor)?;
     let request = PlanRequest {
-        speeds_rpm: arguments.speeds.all_rpm(),
         runs: arguments.runs.as_ref().map(|path| request::runs(path, &rotor)).transpose()?,
         unbalance_kg_m: request::by_plane(&arguments.unbalance, &rotor)?,
-        probability: PlanRequest::USUAL_PROBABILITY,
+        between: arguments.between.clone(),
+        ..PlanRequest::at(arguments.speeds.all_rpm())
     };
     let (working, told) = listener.search("effects and measurements");
     let found = output::about(&arguments.rotor, plan_telling(&rotor, &request, &told));
@@ -68,11 +76,12 @@ pub fn run(arguments: &Arguments, listener: Listener) -> Result<Json> {
 fn next(arguments: &Arguments, answer: &PlanAnswer) -> output::Next {
     let rotor = shell::path(&arguments.rotor);
     let diagnose = Some(format!("rotor-edge diagnose {rotor} measured.csv"));
-    match answer.next.first() {
-        Some(best) if best.gain >= render::plan::WORTH_MAKING => (
-            format!("measure, if you can with {} as well; then learn what is missing", best.measurement),
-            diagnose,
-        ),
-        _ => ("measure, then learn what is missing".into(), diagnose),
+    let decides = answer.between.as_ref().and_then(|decision| decision.measurement.as_ref());
+    let helps = || answer.next.first().filter(|best| best.gain >= render::plan::WORTH_MAKING);
+    match decides.or_else(|| helps().map(|best| &best.measurement)) {
+        Some(best) => {
+            (format!("measure, if you can with {best} as well; then learn what is missing"), diagnose)
+        }
+        None => ("measure, then learn what is missing".into(), diagnose),
     }
 }

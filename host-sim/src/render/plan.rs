@@ -6,12 +6,14 @@ use super::quantity::about;
 use super::text::table;
 use super::{Figure, PageTable, Section, Story};
 use crate::answers::plan::{
-    NextMeasurement, PlanAnswer, PlannedEffect, PlannedParameter, PlannedPlane, PlannedSize,
+    DecisionAnswer, NextMeasurement, PlanAnswer, PlannedEffect, PlannedParameter, PlannedPlane, PlannedSize,
 };
 use crate::scale::{number, three_digits};
 
 /// Information from which on a further measurement is worth being named, bits.
 pub const WORTH_MAKING: f64 = 0.1;
+/// Probability from which on a measurement is said to decide: more often than not.
+const DECIDES: f64 = 0.5;
 /// Further measurements that a terminal shows.
 const LISTED: usize = 8;
 /// Candidates that a line names.
@@ -66,7 +68,28 @@ fn verdict(answer: &PlanAnswer) -> String {
         Some(best) => format!("What helps most: {} ({:.1} bits).", best.measurement, best.gain),
         None => "No further measurement that was tried helps.".into(),
     };
-    format!("{effects} {} {helps}", unbalance(answer))
+    let decides = answer.between.as_ref().map_or_else(String::new, |d| decision(d) + " ");
+    format!("{decides}{effects} {} {helps}", unbalance(answer))
+}
+
+/// A sentence on what decides between the effects of `--between`.
+pub fn decision(d: &DecisionAnswer) -> String {
+    let effects = match &d.effects[..] {
+        [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        all => all.join(", "),
+    };
+    let percent = |p: f64| format!("{:.0} %", 100.0 * p);
+    let Some(measurement) = &d.measurement else {
+        return format!("No further measurement could be tried that decides between {effects}.");
+    };
+    let how_sure =
+        format!("{} probable, {} without it", percent(d.probability), percent(d.probability_without));
+    if d.probability < DECIDES {
+        return format!(
+            "No further measurement that was tried probably decides between {effects}. Best: {measurement} ({how_sure})."
+        );
+    }
+    format!("What decides between {effects}: {measurement} ({how_sure}).")
 }
 
 fn unbalance(answer: &PlanAnswer) -> String {
@@ -155,6 +178,7 @@ pub fn story(answer: &PlanAnswer, next: (String, Option<String>)) -> Story {
         _ => format!("Not found at any size: {}.", unseen.join(", ")),
     };
     let helps = match answer.next.first().filter(|m| m.gain >= WORTH_MAKING) {
+        _ if answer.between.is_some() => answer.between.as_ref().map(decision).unwrap_or_default(),
         Some(m) if m.found_more > 0 => {
             format!("{}: {:.1} bits, {} effects more are found.", m.measurement, m.gain, m.found_more)
         }
@@ -337,7 +361,37 @@ mod tests {
                 angle_95_deg: 3.0,
             }],
             next: Vec::new(),
+            between: None,
             remarks: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn measurement_that_decides_is_the_first_sentence() {
+        let with = |probability: f64, measurement: Option<&str>| {
+            let between = DecisionAnswer {
+                effects: vec!["rub@left".into(), "rub@right".into()],
+                measurement: measurement.map(Into::into),
+                probability,
+                probability_without: 0.18,
+            };
+            text(&PlanAnswer { between: Some(between), ..answer() }, 10)
+        };
+        for (probability, measurement, expected) in [
+            (
+                0.81,
+                Some("a slow roll"),
+                "What decides between rub@left and rub@right: a slow roll (81 % probable, 18 % without it). With",
+            ),
+            (
+                0.3,
+                Some("a slow roll"),
+                "No further measurement that was tried probably decides between rub@left and rub@right. Best: a slow roll (30 % ",
+            ),
+            (0.0, None, "No further measurement could be tried that decides"),
+        ] {
+            let text = with(probability, measurement);
+            assert!(text.starts_with(expected), "{text}");
         }
     }
 

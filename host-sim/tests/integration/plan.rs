@@ -69,3 +69,30 @@ fn trial_weights_are_runs_and_wrong_requests_are_refused() {
     );
     assert_says(&refused(&[speeds[0], speeds[1], "--unbalance", "nowhere=5"]), &["--unbalance", "no plane"]);
 }
+
+#[test]
+fn measurement_that_tells_two_effects_apart_is_named_first() {
+    let (kit, speeds) = (kit(), ["--speeds", "500..4000:9"]);
+    let of = |effects: &[&'static str], more: &[&'static str]| -> Vec<String> {
+        let between = effects.iter().flat_map(|effect| ["--between", effect]);
+        let words = ["plan", &kit].into_iter().chain(speeds).chain(between).chain(more.iter().copied());
+        words.map(Into::into).collect()
+    };
+    let run = |all: Vec<String>| rotor_edge(&all.iter().map(String::as_str).collect::<Vec<_>>());
+    let plan = json(&run(of(&["runout", "shaft_bow"], &["--json"])));
+    let decision = &plan["between"];
+    assert_eq!(decision["effects"], serde_json::json!(["runout", "shaft_bow"]));
+    let of_key = |key: &str| decision[key].as_f64().unwrap();
+    assert!(of_key("probability") >= of_key("probability_without"), "{decision}");
+    let measurement = decision["measurement"].as_str().unwrap().to_string();
+    let text = String::from_utf8(run(of(&["runout", "shaft_bow"], &[])).stdout).unwrap();
+    let first = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(first.contains("between runout and shaft_bow"), "{first}");
+    assert!(first.find(&measurement) < first.find("With these"), "{first}");
+    let refused = |effects: &[&'static str]| {
+        let all = of(effects, &[]);
+        refusal(&all.iter().map(String::as_str).collect::<Vec<_>>())
+    };
+    assert_says(&refused(&["runout"]), &["--between", "runout alone", "two effects or more"]);
+    assert_says(&refused(&["runout", "rust"]), &["\"rust\"", "expected one of", "shaft_bow"]);
+}

@@ -97,6 +97,20 @@ class NextMeasurement(Record):
     """95 % half-width of each plane's unbalance with it, of that without."""
 
 
+@dataclass(frozen=True, eq=False)
+class Decision(Record):
+    """Which further measurement decides between effects that a diagnosis cannot tell apart."""
+
+    effects: tuple[str, ...]
+    """``effect@place`` of each."""
+    measurement: str | None
+    """The measurement, or two together, that decide most probably; none if none could be tried."""
+    probability: float
+    """With which one of the effects, of the size that matters, is named alone then, on average over them."""
+    probability_without: float
+    """The same by the planned measurements alone."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(Answer):
     """What measurements could show before they are made."""
@@ -123,4 +137,6 @@ class Plan(Answer):
     planes: tuple[PlannedPlane, ...]
     next: tuple[NextMeasurement, ...]
     """Further measurements, those that help most first."""
+    between: Decision | None
+    """What would decide between the effects of ``--between``; none if nothing is to be decided."""
     remarks: tuple[str, ...]

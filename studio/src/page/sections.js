@@ -96,6 +96,7 @@ export function further({ further: found }, plan) {
   const parts = [];
   if (found.rivals.length) parts.push(element("p", { textContent: `These data cannot tell apart: ${found.rivals.join(", ")}.` }));
   if (found.advice.length) parts.push(list(found.advice));
+  if (found.decision) parts.push(element("p", { textContent: found.decision }));
   if (found.next.length) parts.push(element("p", { textContent: "Measurements that tell most, of the machine as its file states it:" }), list(found.next));
   if (found.error) parts.push(note(found.error));
   if (found.progress) parts.push(element("progress", { max: found.progress[1] || 1, value: found.progress[0], ariaLabel: "Effects planned" }));

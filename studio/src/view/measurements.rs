@@ -1,6 +1,8 @@
 //! What would tell the candidates apart.
 
 use rotor_edge::answers::diagnose::AdviceAnswer;
+use rotor_edge::answers::plan::NextMeasurement;
+use rotor_edge::render;
 use rotor_edge::scale::three_digits;
 use serde::Serialize;
 
@@ -19,6 +21,8 @@ pub struct FurtherView {
     is_asked: bool,
     /// Steps done and planned.
     progress: Option<[usize; 2]>,
+    /// What would decide between the rivals, as `plan` says it.
+    decision: Option<String>,
     /// Measurements that would help most, as `plan` says them.
     next: Vec<String>,
     error: Option<String>,
@@ -30,15 +34,11 @@ pub fn view(bench: &Bench, diagnosis: Option<&DiagnosisState>) -> FurtherView {
         _ => None,
     };
     let plan = bench.plan();
-    let next = match &plan {
-        Some(PlanState::Found(plan)) => plan
-            .next
-            .iter()
-            .take(LISTED)
-            .map(|n| format!("{} ({} bits)", n.measurement, three_digits(n.gain)))
-            .collect(),
-        _ => Vec::new(),
+    let planned = match &plan {
+        Some(PlanState::Found(plan)) => Some(plan),
+        _ => None,
     };
+    let bits = |n: &NextMeasurement| format!("{} ({} bits)", n.measurement, three_digits(n.gain));
     FurtherView {
         rivals: found.and_then(|f| f.indistinguishable.first().cloned()).unwrap_or_default(),
         advice: found.map(|f| f.advice.iter().take(LISTED).map(sentence).collect()).unwrap_or_default(),
@@ -47,7 +47,8 @@ pub fn view(bench: &Bench, diagnosis: Option<&DiagnosisState>) -> FurtherView {
             Some(PlanState::Running(progress)) => Some(progress.now()),
             _ => None,
         },
-        next,
+        decision: planned.and_then(|plan| plan.between.as_ref()).map(render::plan::decision),
+        next: planned.map(|plan| plan.next.iter().take(LISTED).map(bits).collect()).unwrap_or_default(),
         error: match plan {
             Some(PlanState::Failed(why)) => Some(why),
             _ => None,

@@ -152,7 +152,7 @@ mod slow {
     sessions! {
         tracking_session_runs_as_printed, "docs/tracking.md", 2;
         balancing_session_runs_as_printed, "docs/balancing.md", 2;
-        plan_session_runs_as_printed, "docs/plan.md", 2;
+        plan_session_runs_as_printed, "docs/plan.md", 3;
     }
 }
 

@@ -5,7 +5,7 @@ use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use rotor_edge_desktop::diagnose::{SURE, diagnose};
 use rotor_edge_desktop::machine::drawing::Rotor;
-use rotor_edge_desktop::measurement::Reading;
+use rotor_edge_desktop::measurement::{self, Reading};
 use rotor_edge_desktop::model::Model;
 use rotor_edge_desktop::plan::{EffectPlan, Plan, PlanRequest, plan};
 use rotor_edge_desktop::rotor_file;
@@ -57,12 +57,8 @@ fn planned_probability_is_that_of_simulated_diagnoses() {
     rotor.run.clear();
     let mut differences = Vec::new();
     for probability in sampled(2, [0.9, 0.5]) {
-        let request = PlanRequest {
-            speeds_rpm: (0..31).map(|k| 500.0 + 4700.0 * f64::from(k) / 30.0).collect(),
-            runs: None,
-            unbalance_kg_m: None,
-            probability,
-        };
+        let speeds_rpm = (0..31).map(|k| 500.0 + 4700.0 * f64::from(k) / 30.0).collect();
+        let request = PlanRequest { probability, ..PlanRequest::at(speeds_rpm) };
         let plan = plan(&rotor, &request).unwrap();
         for label in ["speed_dependent_stiffness", "pedestal@OB", "shaft_bow", "probe_calibration@IBX"] {
             let effect = plan.effects.iter().find(|e| e.label() == label).unwrap();
@@ -77,4 +73,28 @@ fn planned_probability_is_that_of_simulated_diagnoses() {
     }
     let mean = differences.iter().sum::<f64>() / differences.len() as f64;
     assert!(mean.abs() <= NEAR, "{mean}");
+}
+
+/// Rubs at the two disks of a fan move its bearings and planes alike: in 20 draws each, no single further measurement decided which it is in
+/// more than half of them. A plan that takes rivals as linear promises that each of them does.
+#[test]
+fn rub_is_not_promised_to_be_told_from_the_same_at_another_disk() {
+    let folder = repository("tests/machines/ordinary/001-pedestal");
+    let rotor = rotor_file::read(&folder.join("rotor.toml")).unwrap();
+    let readings = measurement::read(&folder.join("measured.csv"), &rotor).unwrap();
+    let mut speeds_rpm: Vec<f64> = readings.iter().map(|r| r.speed_rpm).collect();
+    speeds_rpm.sort_by(f64::total_cmp);
+    speeds_rpm.dedup();
+    let between = vec!["rub@left".to_string(), "rub@right".to_string()];
+    let plan =
+        plan(&rotor, &PlanRequest { between: between.clone(), ..PlanRequest::at(speeds_rpm) }).unwrap();
+    for further in &plan.next {
+        for (label, alone) in further.alone_of.iter().filter(|(label, _)| between.contains(label)) {
+            assert!(*alone < 0.6, "{label} with {}: {alone}", further.measurement);
+        }
+    }
+    let decision = plan.between.unwrap();
+    let measurement = decision.measurement.unwrap().measurement;
+    assert!(measurement.contains(", together with "), "{measurement}");
+    assert!(decision.then > decision.now + 0.2, "{} {}", decision.now, decision.then);
 }
