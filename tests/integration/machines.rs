@@ -359,6 +359,7 @@ mod slow {
     mod plan;
     mod table_machines;
     mod train;
+    mod unlisted;
 
     use super::*;
 

@@ -266,20 +266,25 @@ fn in_order<'a>(
     let (mut base, mut tried) = (start, tried);
     let mut steps = Vec::new();
     loop {
-        let mut settled = |index: &usize| {
-            let placed = &best.hypothesis.effects[*index];
-            let k = tried.iter().position(|t| same(&t.placed, placed) && t.is_settled)?;
-            Some((*index, tried.swap_remove(k)))
+        let placed = |index: usize| best.hypothesis.effects[index];
+        let chi2 = |t: &CandidateFit| t.shown().stated_chi2;
+        // those that were tried beside the model at the start are compared by that
+        let of_tried = |index: &usize| {
+            let k = tried.iter().position(|t| same(&t.placed, &placed(*index)))?;
+            Some((*index, k, chi2(&tried[k])))
         };
-        // those that were settled beside the model at the start explained more of the data than those that were not
-        let mut all: Vec<(usize, CandidateFit)> = left.iter().filter_map(&mut settled).collect();
-        if all.is_empty() {
-            let fitted = |index: &usize| Ok((*index, base.refined_attempt(best.hypothesis.effects[*index])?));
-            all = left.par_iter().map(fitted).collect::<Result<_, Error>>()?;
-        }
-        let chi2 = |(_, t): &(usize, CandidateFit)| t.shown().stated_chi2;
-        let most = all.into_iter().min_by(|a, b| chi2(a).total_cmp(&chi2(b)));
-        let (index, t) = most.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))?;
+        let most = left.iter().filter_map(of_tried).min_by(|a, b| a.2.total_cmp(&b.2));
+        let (index, t) = match most {
+            Some((index, k, _)) if tried[k].is_settled => (index, tried.swap_remove(k)),
+            Some((index, ..)) => (index, base.refined_attempt(placed(index))?),
+            None => {
+                let fitted = |index: &usize| Ok((*index, base.refined_attempt(placed(*index))?));
+                let all: Vec<(usize, CandidateFit)> =
+                    left.par_iter().map(fitted).collect::<Result<_, Error>>()?;
+                let most = all.into_iter().min_by(|(_, a), (_, b)| chi2(a).total_cmp(&chi2(b)));
+                most.ok_or_else(|| Error::Unsuitable("there is no effect to add".into()))?
+            }
+        };
         left.retain(|i| *i != index);
         let last = left.is_empty();
         let with = base.hypothesis.with(t.placed);

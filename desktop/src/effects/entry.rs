@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::Complex;
 
 use super::{Effect, Pattern, Place, Scales, add_unknown, find};
+use crate::effects::physical::{nearest_allowed, nearest_carried};
 use crate::effects::terms::Terms;
 use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
 use crate::machine::span::Span;
@@ -87,7 +88,8 @@ pub fn check(rotor: &Rotor, entry: &EffectEntry) -> Result<(), String> {
     }
 }
 
-/// The entry of an effect with these parameters; phasors in the order of its unknowns.
+/// The entry of an effect with these parameters; phasors in the order of its unknowns. What lies beyond what a file may state is stated
+/// as the bound.
 pub fn written(
     rotor: &Rotor,
     effect: &'static dyn Effect,
@@ -98,19 +100,21 @@ pub fn written(
 ) -> EffectEntry {
     let mut all = BTreeMap::new();
     for (p, v) in effect.parameters(scales).iter().zip(parameters) {
-        all.insert(p.name.to_string(), ParameterValue::Real(*v));
+        all.insert(p.name.to_string(), ParameterValue::Real(nearest_allowed(p, *v)));
     }
     for (name, v) in effect.settings(scales) {
         all.insert(name.to_string(), ParameterValue::Real(v));
     }
-    let pair = |v: &Complex<f64>| [v.re, v.im];
     let unknowns = effect.unknowns(rotor, place);
-    match (unknowns.first(), phasors) {
+    let stated: Vec<Complex<f64>> =
+        unknowns.iter().zip(phasors).map(|(u, v)| nearest_carried(u, *v)).collect();
+    let pair = |v: &Complex<f64>| [v.re, v.im];
+    match (unknowns.first(), &stated[..]) {
         (Some(u), many) if u.pattern.in_list().is_some() => {
             all.insert(u.name.to_string(), ParameterValue::Phasors(many.iter().map(pair).collect()));
         }
         _ => all.extend(
-            unknowns.iter().zip(phasors).map(|(u, v)| (u.name.to_string(), ParameterValue::Phasor(pair(v)))),
+            unknowns.iter().zip(&stated).map(|(u, v)| (u.name.to_string(), ParameterValue::Phasor(pair(v)))),
         ),
     }
     let at = place.name(rotor).map(Cow::into_owned);

@@ -3,7 +3,7 @@
 //! The bounds are those that fits keep to ([`Parameter::bounds`]), on scales of the drawing alone. A fit may end a little
 //! beyond a bound, by chance, and says so; a file may therefore do as much, and no more.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Complex, Matrix2, Vector2};
 
 use super::{Parameter, Place, Scale, Scales, Unknown, entry};
 use crate::bearing::support::SupportLaw;
@@ -66,7 +66,7 @@ pub fn check(rotor: &Rotor) -> Result<(), (Option<String>, String)> {
             allowed(p, value).map_err(own)?;
         }
         for u in effect.unknowns(rotor, place) {
-            let size = entry::phasor(e, u.name, u.pattern).map_or(0.0, nalgebra::Complex::norm);
+            let size = entry::phasor(e, u.name, u.pattern).map_or(0.0, Complex::norm);
             carried(rotor, &u, size).map_err(own)?;
         }
     }
@@ -76,17 +76,48 @@ pub fn check(rotor: &Rotor) -> Result<(), (Option<String>, String)> {
 }
 
 fn allowed(p: &Parameter, value: f64) -> Result<(), String> {
-    let [low, high] = p.bounds;
-    let (range, largest) = match p.scale {
-        Scale::Linear(size) => ([low - SLACK * size.abs(), high + SLACK * size.abs()], BEYOND * size.abs()),
-        Scale::Logarithmic => ([low * (1.0 - SLACK), high * (1.0 + SLACK)], largest_on_earth(p.unit)),
-    };
+    let [from, to] = limits(p);
+    let ([least, most], largest) = (with_slack(p), largest(p));
     let is_positive = p.scale != Scale::Logarithmic || value > 0.0;
-    if range[0] <= value && value <= range[1] && value.abs() <= largest && is_positive {
+    if least <= value && value <= most && value.abs() <= largest && is_positive {
         return Ok(());
     }
-    let (from, to) = (low.max(-largest), high.min(largest));
     Err(format!("the parameter {} is {value:e}, expected {from:.3e} to {to:.3e} {}", p.name, p.unit))
+}
+
+/// The number that a file states for a fitted one: that itself, or the bound that it lies beyond. A fit that may end there by chance does
+/// not tell the two apart.
+pub fn nearest_allowed(p: &Parameter, value: f64) -> f64 {
+    let [from, to] = limits(p);
+    if allowed(p, value).is_ok() || value.is_nan() { value } else { value.clamp(from, to) }
+}
+
+/// The same of a linear unknown.
+pub fn nearest_carried(unknown: &Unknown, value: Complex<f64>) -> Complex<f64> {
+    let size = value.norm();
+    if size <= unknown.largest * (1.0 + SLACK) { value } else { value * (unknown.largest / size) }
+}
+
+/// What a file is told to state at least and at most.
+fn limits(p: &Parameter) -> [f64; 2] {
+    let [low, high] = p.bounds;
+    [low.max(-largest(p)), high.min(largest(p))]
+}
+
+fn with_slack(p: &Parameter) -> [f64; 2] {
+    let [low, high] = p.bounds;
+    match p.scale {
+        Scale::Linear(size) => [low - SLACK * size.abs(), high + SLACK * size.abs()],
+        Scale::Logarithmic => [low * (1.0 - SLACK), high * (1.0 + SLACK)],
+    }
+}
+
+/// The largest size of a number of this kind.
+fn largest(p: &Parameter) -> f64 {
+    match p.scale {
+        Scale::Linear(size) => BEYOND * size.abs(),
+        Scale::Logarithmic => largest_on_earth(p.unit),
+    }
 }
 
 /// Upper limit for each unit. Above it, a fitted value is rejected as unphysical.
@@ -168,6 +199,7 @@ fn holds(rotor: &Rotor, drawn: &Terms, terms: &Terms) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::rotor_file;
     use crate::testing::sample_rotor;
 
@@ -225,6 +257,26 @@ mod tests {
         ] {
             let said = refusal(&effect);
             assert!(said.contains(says), "{effect}: {said}");
+        }
+    }
+
+    #[test]
+    fn fitted_numbers_beyond_a_bound_are_stated_as_the_bound() {
+        let of = |scale, bounds| Parameter { name: "k", unit: "N/m", scale, bounds };
+        let logarithmic = of(Scale::Logarithmic, [0.0, f64::INFINITY]);
+        let linear = of(Scale::Linear(2.0), [0.0, 1.0]);
+        for (parameter, fitted, expected) in [
+            // stiffer than anything on earth: rigid
+            (&logarithmic, 1e35, 1e15),
+            (&logarithmic, 3e7, 3e7),
+            (&linear, 2.9, 1.0),
+            // a little beyond, by chance
+            (&linear, 1.1, 1.1),
+            (&linear, -0.9, 0.0),
+        ] {
+            let stated = nearest_allowed(parameter, fitted);
+            assert_eq!(stated, expected, "{fitted}");
+            assert!(allowed(parameter, stated).is_ok());
         }
     }
 
