@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::Complex;
 
 use super::{Effect, Pattern, Place, Scales, add_unknown, find};
-use crate::effects::physical::{nearest_allowed, nearest_carried};
+use crate::effects::limits::{nearest_allowed, nearest_carried};
 use crate::effects::terms::Terms;
 use crate::machine::drawing::{EffectEntry, ParameterValue, Rotor};
 use crate::machine::span::Span;

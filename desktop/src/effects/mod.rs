@@ -83,6 +83,7 @@ mod gyroscopic;
 mod hot_oil;
 mod internal_damping;
 mod keyphasor_offset;
+mod limits;
 mod magnetic_pull;
 mod moved_load;
 mod nonlinear_stiffness;

@@ -1,6 +1,6 @@
 //! The answer of a plan.
 
-use super::{Campaign, Decision, UnbalanceSource};
+use super::{Campaign, UnbalanceSource};
 use crate::diagnose::PlaneUnbalances;
 use crate::effects::Knowledge;
 use crate::machine::drawing::{EffectEntry, Noise};
@@ -96,6 +96,19 @@ pub struct FurtherMeasurement {
     pub alone_of: Vec<(String, f64)>,
     /// 95 % half-width of each plane's unbalance with it, relative to that without.
     pub half_widths: Vec<f64>,
+}
+
+/// What would decide between some effects.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// `effect@place` of each.
+    pub effects: Vec<String>,
+    /// Probability that one of them, of its relevant size, is named alone by the planned measurements: their average.
+    pub now: f64,
+    /// The same with the measurement.
+    pub then: f64,
+    /// The measurement, or two together, that decide most probably. `None` if none was tried.
+    pub measurement: Option<FurtherMeasurement>,
 }
 
 /// What measurements could show.

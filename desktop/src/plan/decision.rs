@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::answer::FurtherMeasurement;
+use super::answer::{Decision, FurtherMeasurement};
 use super::campaign::Campaign;
 use super::further::{Addition, Further, SoughtEffect};
 use super::smallest::PROBABLE;
@@ -12,19 +12,6 @@ use crate::error::Error;
 const ACCURACY: f64 = 0.1;
 /// Measurements of which each two are tried together, where none decides by itself.
 const COMBINED: usize = 3;
-
-/// What would decide between some effects.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Decision {
-    /// `effect@place` of each.
-    pub effects: Vec<String>,
-    /// Probability that one of them, of its relevant size, is named alone by the planned measurements: their average.
-    pub now: f64,
-    /// The same with the measurement.
-    pub then: f64,
-    /// The measurement, or two together, that decide most probably. `None` if none was tried.
-    pub measurement: Option<FurtherMeasurement>,
-}
 
 impl Decision {
     /// Of several measurements that decide as probably, as far as a plan knows it, the one that tells most of all effects and of the

@@ -35,9 +35,8 @@ mod tests;
 
 use rayon::prelude::*;
 
-pub use answer::{EffectPlan, EffectSize, FurtherMeasurement, Imitation, Plan, SizedParameter};
+pub use answer::{Decision, EffectPlan, EffectSize, FurtherMeasurement, Imitation, Plan, SizedParameter};
 pub use campaign::{Campaign, PlanRequest, UnbalanceSource, runs_of};
-pub use decision::Decision;
 
 use crate::diagnose::rank;
 use crate::error::Error;
