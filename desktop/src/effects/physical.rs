@@ -1,6 +1,6 @@
 //! What a file may state of its effects: what physics lets a machine of this size have.
 //!
-//! The bounds are those that fits keep to ([`Parameter::bounds`]), on scales of the drawing alone. A fit may end a little
+//! The bounds are those that fits keep to ([`super::Parameter::bounds`]), on scales of the drawing alone. A fit may end a little
 //! beyond a bound, by chance, and says so; a file may therefore do as much, and no more.
 
 use nalgebra::{Complex, Matrix2, Vector2};
