@@ -94,7 +94,7 @@ pub fn rank(
     Ranking { probabilities, best, nothing_missing, unknown, mistakes, groups, rivals }
 }
 
-/// Whether an effect improves the fit of its special case no more than noise would.
+/// Whether the χ² of an effect is below that of its special case by no more than the noise of the readings makes it.
 fn is_seen_as(t: &CandidateFit, case: &CandidateFit) -> bool {
     t.is_settled
         && case.is_settled

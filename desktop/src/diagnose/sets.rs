@@ -285,7 +285,7 @@ impl<'a> ChosenSets<'a> {
     }
 }
 
-/// A set of effects with its settled fit, to be compared with other sets of its size.
+/// A set of effects whose noise and drawing errors are settled, to be compared with other sets of its size.
 struct SettledSet<'a> {
     is_physical: bool,
     /// Over the model that all began from.

@@ -88,8 +88,8 @@ pub fn check(rotor: &Rotor, entry: &EffectEntry) -> Result<(), String> {
     }
 }
 
-/// The entry of an effect with these parameters; phasors in the order of its unknowns. What lies beyond what a file may state is stated
-/// as the bound.
+/// The `[[effect]]` of a rotor's file with these parameters; phasors in the order of its unknowns. A parameter beyond its physical bound is
+/// written as that bound.
 pub fn written(
     rotor: &Rotor,
     effect: &'static dyn Effect,

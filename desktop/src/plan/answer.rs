@@ -103,9 +103,9 @@ pub struct FurtherMeasurement {
 pub struct Decision {
     /// `effect@place` of each.
     pub effects: Vec<String>,
-    /// Probability that one of them, of its relevant size, is named alone by the planned measurements: their average.
+    /// Probability that a diagnosis of the planned measurements names an effect of the relevant size alone, averaged over these effects.
     pub now: f64,
-    /// The same with the measurement.
+    /// The same probability with the further measurement.
     pub then: f64,
     /// The measurement, or two together, that decide most probably. `None` if none was tried.
     pub measurement: Option<FurtherMeasurement>,

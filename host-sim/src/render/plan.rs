@@ -177,13 +177,14 @@ pub fn story(answer: &PlanAnswer, next: (String, Option<String>)) -> Story {
         0 => "Every effect is found if it is large enough.".into(),
         _ => format!("Not found at any size: {}.", unseen.join(", ")),
     };
-    let helps = match answer.next.first().filter(|m| m.gain >= WORTH_MAKING) {
-        _ if answer.between.is_some() => answer.between.as_ref().map(decision).unwrap_or_default(),
-        Some(m) if m.found_more > 0 => {
+    let most = answer.next.first().filter(|m| m.gain >= WORTH_MAKING);
+    let helps = match (&answer.between, most) {
+        (Some(between), _) => decision(between),
+        (None, Some(m)) if m.found_more > 0 => {
             format!("{}: {:.1} bits, {} effects more are found.", m.measurement, m.gain, m.found_more)
         }
-        Some(m) => format!("{}: {:.1} bits.", m.measurement, m.gain),
-        None => "No further measurement that was tried helps.".into(),
+        (None, Some(m)) => format!("{}: {:.1} bits.", m.measurement, m.gain),
+        (None, None) => "No further measurement that was tried helps.".into(),
     };
     Story {
         verdict: verdict(answer),
