@@ -66,11 +66,13 @@ fn diagnosed(campaign: &Campaign, effect: &EffectEntry, seed: u64) -> Option<Dia
     diagnose(&rotor, &simulated(campaign, effect, seed)?).ok()
 }
 
-/// Whether something is claimed and the effect is named, alone or in a group.
+/// Whether something is claimed and the effect is named, alone or in a group; a verdict of an unknown cause names none.
 fn is_found(diagnosis: &Diagnosis, label: &str) -> bool {
     let is_first = diagnosis.candidates.first().is_some_and(|c| c.label() == label);
     let is_in_group = diagnosis.indistinguishable.first().is_some_and(|g| g.iter().any(|l| l == label));
-    diagnosis.nothing_missing < SURE && (is_first || is_in_group)
+    diagnosis.nothing_missing < SURE
+        && diagnosis.verdict != DiagnosisVerdict::Unknown
+        && (is_first || is_in_group)
 }
 
 /// What is said in place of the effect; `None` where it is found.
@@ -80,6 +82,9 @@ fn missed(diagnosis: &Diagnosis, label: &str) -> Option<String> {
     }
     if diagnosis.nothing_missing >= SURE {
         return Some("nothing claimed".into());
+    }
+    if diagnosis.verdict == DiagnosisVerdict::Unknown {
+        return Some("unknown".into());
     }
     let first = diagnosis.candidates.first().map(|c| c.label()).unwrap_or_default();
     let group = diagnosis.indistinguishable.first().map(|g| g.join(" or "));

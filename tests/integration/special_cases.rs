@@ -1,41 +1,23 @@
 //! An effect and what it is a special case of: which of the two a diagnosis names.
 
-use std::path::Path;
-
-use nalgebra::Complex;
 use rotor_edge_desktop::diagnose::{DiagnosisVerdict, RIVAL, diagnose, improve};
-use rotor_edge_desktop::machine::drawing::{EffectEntry, Noise, ParameterValue, Rotor};
+use rotor_edge_desktop::machine::drawing::Rotor;
 use rotor_edge_desktop::measurement::Reading;
-use rotor_edge_desktop::simulate::{SimulationRequest, simulate};
-use rotor_edge_desktop::{measurement, rotor_file};
+
+use super::with_effect::HiddenEffect;
 
 /// A rotor kit, and readings of one whose inboard bearing stands on a pedestal.
 fn on_pedestal(kind: &str, parameters: &[(&str, f64)]) -> (Rotor, Vec<Reading>) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines/single/case-004");
-    let mut rotor = rotor_file::read(&folder.join("rotor.toml")).unwrap();
-    let speeds = measurement::read(&folder.join("measured.csv"), &rotor).unwrap();
-    let noise = Noise { relative: 0.01, floor_um: 0.05, ..Noise::of(&rotor, &speeds) };
-    rotor.noise = Some(noise);
-    let mut machine = rotor.clone();
-    let value = |(name, value): &(&str, f64)| ((*name).to_string(), ParameterValue::Real(*value));
-    let parameters = parameters.iter().map(value).collect();
-    machine.effect.push(EffectEntry { kind: kind.into(), at: Some("IB".into()), parameters });
-    let mut speeds_rpm: Vec<f64> = speeds.iter().map(|r| r.speed_rpm).collect();
-    speeds_rpm.sort_by(f64::total_cmp);
-    speeds_rpm.dedup();
-    let angles_rad = (0..).map(|k| 2.0 * f64::from(k));
-    let sizes =
-        machine.plane.iter().zip(angles_rad).map(|(p, a)| (p.name.clone(), Complex::from_polar(7e-6, a)));
-    let unbalance_kg_m = sizes.collect();
-    let request = SimulationRequest {
-        speeds_rpm,
-        unbalance_kg_m,
-        noise: Some(noise),
+    let effect = HiddenEffect {
+        machine: "single/case-004",
+        kind,
+        at: "IB",
+        parameters,
+        unbalance_kg_m: 7e-6,
+        noise: [0.01, 0.05],
         seed: 5,
-        ..SimulationRequest::default()
     };
-    let readings = simulate(&machine, &request).unwrap().readings;
-    (rotor, readings)
+    effect.simulated()
 }
 
 #[test]

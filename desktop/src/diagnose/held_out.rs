@@ -14,9 +14,19 @@ const BLOCKS: usize = 4;
 
 /// χ² on left-out readings per real number, without and with the candidate, each on the drawing that was found with
 /// it in the fit to all.
+///
+/// A prediction may be off by as much as the readings that were kept leave its parameters open: where the speeds at which an effect acts
+/// are left out, nothing else determines it. So its χ² is by how much that of a fit to all is above that of a fit to the kept ones. For
+/// linear parameters this is the χ² of the prediction in the noise of the readings and of the prediction together.
 pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
     let with = base.hypothesis.with(best.placed);
     let rows = base.fitter.data.rows.len();
+    let of_all = |hypothesis: &Hypothesis, fit: &Fit, drawing: &Drawing| {
+        let known = base.fitter.known(drawing);
+        base.fitter.fit(hypothesis, &[fit.x.clone()], &known, Effort::Search, Some(&fit.amplitudes))
+    };
+    let without = of_all(&base.hypothesis, &base.fit, &base.drawing)?;
+    let within = of_all(&with, &best.fit, best.drawing(base))?;
     let (mut before, mut after) = (Vec::new(), Vec::new());
     for block in 0..BLOCKS {
         let part = |inside: bool| -> Vec<usize> {
@@ -29,8 +39,8 @@ pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
             continue;
         }
         let sides = [(base.fitter.part(&kept), kept), (base.fitter.part(&left), left)];
-        before.extend(misfits(base.fitter, &sides, &base.hypothesis, &base.fit, &base.drawing)?);
-        after.extend(misfits(base.fitter, &sides, &with, &best.fit, best.drawing(base))?);
+        before.extend(misfits(base.fitter, &sides, &base.hypothesis, &without, &base.drawing)?);
+        after.extend(misfits(base.fitter, &sides, &with, &within, best.drawing(base))?);
     }
     let per_value = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
     // a difference for each real number, and how far their sum would scatter if it were nothing
@@ -40,19 +50,24 @@ pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
     Ok(HeldOut { before: per_value(&before), after: per_value(&after), worse })
 }
 
-/// Squared misfits on the second side of a hypothesis fitted to the first.
+/// Squared misfits on the second side of a hypothesis fitted to the first, by its fit to both.
 fn misfits(
     fitter: &Fitter,
     [(kept, kept_rows), (left, left_rows)]: &[(Fitter, Vec<usize>); 2],
     hypothesis: &Hypothesis,
-    fit: &Fit,
+    all: &Fit,
     drawing: &Drawing,
 ) -> Result<Vec<f64>, Error> {
-    let of = |rows: &[usize]| fitter.part_of_amplitudes(&fit.amplitudes, rows);
-    let amplitudes = of(kept_rows);
-    let start = [fit.x.clone()];
-    let mut refit = kept.fit(hypothesis, &start, &kept.known(drawing), Effort::Search, Some(&amplitudes))?;
-    // the supports' state at the left-out speeds, where they harden or soften
-    refit.amplitudes = of(left_rows);
-    left.misfits_of(hypothesis, &refit, &left.known(drawing))
+    let of = |rows: &[usize]| fitter.part_of_amplitudes(&all.amplitudes, rows);
+    let (start, known) = ([all.x.clone()], kept.known(drawing));
+    let refit = kept.fit(hypothesis, &start, &known, Effort::Search, Some(&of(kept_rows)))?;
+    // with the supports' state at the left-out speeds, where they harden or soften
+    let mut there = all.clone();
+    there.amplitudes = of(left_rows);
+    let mut misfits = left.misfits_of(hypothesis, &there, &left.known(drawing))?;
+    // what a fit to both pays beside that for following the left-out ones as well
+    let beside = (all.cost - misfits.iter().sum::<f64>() - refit.cost).max(0.0);
+    let each = beside / misfits.len().max(1) as f64;
+    misfits.iter_mut().for_each(|misfit| *misfit += each);
+    Ok(misfits)
 }

@@ -30,7 +30,12 @@ impl Effect for Rub {
 
     fn starts(&self, scales: &Scales) -> Vec<Vec<f64>> {
         // between bearings a disk moves several times as far as the shaft at them
-        [1.0, 3.0, 10.0].map(|far| vec![0.1 * scales.stiffness_n_m, far * scales.amplitude_m, 0.15]).to_vec()
+        let at_peaks = [1.0, 3.0, 10.0].map(|far| [0.1, far]);
+        // what touches at every speed is seen by its friction, which stands against damping and not against stiffness
+        let everywhere = [0.001, 0.3];
+        let start =
+            |[stiff, far]: [f64; 2]| vec![stiff * scales.stiffness_n_m, far * scales.amplitude_m, 0.15];
+        at_peaks.into_iter().chain([everywhere]).map(start).collect()
     }
 
     /// A stiffer stator at the same clearance.

@@ -17,6 +17,8 @@ use crate::statistics::whitening::Whitening;
 
 /// When the common optimum is found.
 const COMMON: Stop = Stop::after(60, 1e-6).in_standard_deviations();
+/// When what it costs is known roughly.
+const COMMON_ROUGHLY: Stop = Stop::after(60, 1e-4).in_tenths_of_standard_deviations();
 /// The same from the optimum under another noise.
 const NEARBY: Stop = COMMON.nearby();
 
@@ -33,7 +35,7 @@ impl Fitter<'_> {
         fit: &Fit,
         drawing: &Drawing,
     ) -> Result<Drawing, Error> {
-        Ok(self.common_optimum(f64::INFINITY, hypothesis, fit, drawing, None)?.1)
+        Ok(self.common_optimum(COMMON, hypothesis, fit, drawing, None)?.1)
     }
 
     /// The drawing as stated, its errors allowed for as far as they are linear around a fit: where to look for
@@ -64,7 +66,8 @@ impl Fitter<'_> {
         effort: Effort,
         before: Option<(Vec<f64>, DVector<f64>)>,
     ) -> Result<(Fit, Drawing), Error> {
-        let (x, settled) = self.common_optimum(f64::INFINITY, hypothesis, fit, drawing, before)?;
+        let stop = if effort == Effort::Rough { COMMON_ROUGHLY } else { COMMON };
+        let (x, settled) = self.common_optimum(stop, hypothesis, fit, drawing, before)?;
         let fit = self.fit(hypothesis, &[x], &settled, effort, Some(&fit.amplitudes))?;
         Ok((fit, settled))
     }
@@ -82,7 +85,7 @@ impl Fitter<'_> {
         drawing: &Drawing,
         effort: Effort,
     ) -> Result<(Fit, Drawing), Error> {
-        let (x, settled) = self.common_optimum(most, hypothesis, fit, drawing, None)?;
+        let (x, settled) = self.common_optimum(COMMON.below(most), hypothesis, fit, drawing, None)?;
         let fit = self.fit(hypothesis, &[x], &settled, effort, Some(&fit.amplitudes))?;
         Ok((fit, settled))
     }
@@ -120,7 +123,7 @@ impl Fitter<'_> {
 
     fn common_optimum(
         &self,
-        most: f64,
+        stop: Stop,
         hypothesis: &Hypothesis,
         fit: &Fit,
         drawing: &Drawing,
@@ -151,7 +154,7 @@ impl Fitter<'_> {
             .collect();
         let lowest = visits.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).ok_or_else(singular)?;
         (best.at, best.now) = (lowest.1, lowest.2);
-        descend(&mut best, COMMON.below(most));
+        descend(&mut best, stop);
         Ok((best.parts().0, best.linear()?))
     }
 }

@@ -43,6 +43,11 @@ impl Stop {
         Self { least_gain: 2e-4, ..self }
     }
 
+    /// The same at 14 % of it, for somebody who asks what the optimum costs and not where it is.
+    pub const fn in_tenths_of_standard_deviations(self) -> Self {
+        Self { least_gain: 2e-2, ..self }
+    }
+
     /// For somebody who wants no sum of squares above this: a search that will not come below it ends early, at what it has.
     pub const fn below(self, most: f64) -> Self {
         Self { most, ..self }

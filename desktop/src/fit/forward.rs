@@ -103,8 +103,7 @@ impl Fitter<'_> {
 
     /// What a fit on a drawing as stated misses: readings, whitened, then deviations of the bearings from their priors.
     pub fn missed(&self, hypothesis: &Hypothesis, fit: &Fit, drawing: &Drawing) -> DVector<f64> {
-        let mut left = DMatrix::from_columns(std::slice::from_ref(&fit.weighted));
-        drawing.whitening.apply(&mut left);
+        let (_, left) = drawing.whitening.apply_with(&DMatrix::zeros(fit.weighted.len(), 0), &fit.weighted);
         let priors = hypothesis.bearings.prior_residuals(&fit.x);
         let all: Vec<f64> = left.iter().copied().chain(priors).collect();
         DVector::from_vec(all)

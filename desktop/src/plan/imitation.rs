@@ -125,6 +125,29 @@ pub struct UnknownCauses {
     all: Vec<CauseResponse>,
 }
 
+/// What an unknown cause makes of a signal.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct UnknownEvidence {
+    /// Twice its average log evidence over nothing but noise.
+    pub evidence: f64,
+    /// With W what its most probable size follows of the readings: the squared length of s - W s, and sᵀ W s, of a signal s.
+    pub left: f64,
+    pub followed: f64,
+    /// tr W², the variance that noise gives it.
+    pub freedom: f64,
+}
+
+/// The same of independent unknowns of one size.
+#[derive(Debug, Clone, Copy, Default)]
+struct BestSize {
+    /// Average gain, and how many of them the readings determine.
+    gain: f64,
+    determined: f64,
+    left: f64,
+    followed: f64,
+    freedom: f64,
+}
+
 /// The readings' response to an unknown cause of unit size, in noise units.
 struct CauseResponse {
     /// Response to each orthonormal combination of the unknowns, one a column; the columns are orthogonal.
@@ -157,22 +180,26 @@ fn combinations(response: &DMatrix<f64>) -> (DMatrix<f64>, Vec<f64>) {
     (eigen.eigenvectors.select_columns(&kept), kept.iter().map(|k| sizes[*k]).collect())
 }
 
-/// Largest average gain with independent unknowns of one size, and how many of them the readings determine then: `along` are products of
-/// the signal, of this squared length, with responses of these sizes.
-fn best_size(sizes: &[f64], along: &DVector<f64>, squared: f64) -> (f64, f64) {
+/// What the most probable size of independent unknowns makes of a signal: `along` are products of the signal, of this squared length, with
+/// responses of these sizes.
+fn best_size(sizes: &[f64], along: &DVector<f64>, squared: f64) -> BestSize {
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let [low, high] = SIZE_RANGE;
     let at = |k: usize| {
         let variance = low * (high / low).powf(k as f64 / (SIZES - 1) as f64) * (1.0 + squared);
-        let (mut gain, mut determined) = (0.0, 0.0);
+        let mut best = BestSize { left: squared, ..BestSize::default() };
         for (size, along) in sizes.iter().zip(along.iter()) {
             let own = variance * (size / largest).powi(2);
-            gain += own / (1.0 + own) * ((along / size).powi(2) + 1.0) - own.ln_1p();
-            determined += own / (1.0 + own);
+            let (weight, part) = (own / (1.0 + own), (along / size).powi(2));
+            best.gain += weight * (part + 1.0) - own.ln_1p();
+            best.determined += weight;
+            best.left -= part * weight * (2.0 - weight);
+            best.followed += part * weight;
+            best.freedom += weight * weight;
         }
-        (gain, determined)
+        best
     };
-    (0..SIZES).map(at).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0))
+    (0..SIZES).map(at).max_by(|a, b| a.gain.total_cmp(&b.gain)).unwrap_or_default()
 }
 
 impl UnknownCauses {
@@ -188,8 +215,8 @@ impl UnknownCauses {
         Ok(Self { all: shown.into_iter().map(|s| CauseResponse::of(&planned.visible(s.response))).collect() })
     }
 
-    /// Twice the average log evidence of an unknown cause over nothing but noise, where this is the signal.
-    pub fn evidence(&self, noise: &PlannedNoise, visible: &DVector<f64>) -> f64 {
+    /// What an unknown cause makes of a signal.
+    pub fn evidence(&self, noise: &PlannedNoise, visible: &DVector<f64>) -> UnknownEvidence {
         let squared = visible.norm_squared();
         let of_one = |stated: &CauseResponse| {
             if noise.is_stated() {
@@ -199,10 +226,15 @@ impl UnknownCauses {
             let (combinations, sizes) = combinations(&response);
             best_size(&sizes, &combinations.tr_mul(&response.tr_mul(visible)), squared)
         };
-        let fits: Vec<(f64, f64)> = self.all.iter().map(of_one).collect();
-        let best = fits.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((0.0, 0.0));
-        let weights: f64 = fits.iter().map(|(gain, _)| (0.5 * (gain - best.0)).exp()).sum();
+        let fits: Vec<BestSize> = self.all.iter().map(of_one).collect();
+        let best = fits.iter().copied().max_by(|a, b| a.gain.total_cmp(&b.gain)).unwrap_or_default();
+        let weights: f64 = fits.iter().map(|one| (0.5 * (one.gain - best.gain)).exp()).sum();
         let averaged = 2.0 * (weights / fits.len().max(1) as f64).max(f64::MIN_POSITIVE).ln();
-        best.0 - noise.sizes.price_of_one(best.1) + averaged
+        UnknownEvidence {
+            evidence: best.gain - noise.sizes.price_of_one(best.determined) + averaged,
+            left: best.left.max(0.0),
+            followed: best.followed,
+            freedom: best.freedom,
+        }
     }
 }

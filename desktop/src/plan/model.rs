@@ -126,28 +126,37 @@ impl<'a> PlannedReadings<'a> {
     /// otherwise than small ones. `None` if that fit fails.
     pub fn signal_beside_fit(&self, change: &DVector<f64>) -> Option<Signal> {
         let BaseModel { fitter, hypothesis, search: (drawing, fit), .. } = &self.base;
-        let (changed, reweighing) = self.changed(change);
+        let (changed, Reweighing { before, after, ratios }) = self.changed(change);
         let amplitudes = Some(&fit.amplitudes);
         let stated = [fitter.missed(hypothesis, fit, drawing), self.signal(change.clone()).visible];
-        let signal = |there: &Fit| {
-            let missed = changed.missed(hypothesis, there, &reweighing.after);
-            let noise = Arc::new(self.stated_noise.changed(&changed, there, reweighing.as_it_is()));
+        let signal = |there: &Fit, after: Drawing| {
+            let missed = changed.missed(hypothesis, there, &after);
+            let reweighing = Reweighing { before: before.as_it_is(), after, ratios: ratios.clone() };
+            let noise = Arc::new(self.stated_noise.changed(&changed, there, reweighing));
             let [before, linear] = (stated.each_ref())
                 .map(|stated| noise.of_stated(&DMatrix::from_columns(std::slice::from_ref(stated))));
             let linear = noise.unfollowed(linear).column(0).into_owned();
             Signal { visible: missed - before.column(0), linear, change: self.share(change), noise }
         };
-        let fitted = |starts: &[Vec<f64>]| {
-            changed.fit(hypothesis, starts, &reweighing.after, Effort::Rough, amplitudes)
+        let fitted = |starts: &[Vec<f64>], drawing: &Drawing| {
+            changed.fit(hypothesis, starts, drawing, Effort::Rough, amplitudes).ok()
         };
-        let nearest = fitted(std::slice::from_ref(&fit.x)).ok()?;
-        let found = signal(&nearest);
+        // the errors of the drawing follow as well, further than they are linear
+        let followed = |there: Fit, drawing: &Drawing| -> Option<Signal> {
+            let (there, own) =
+                changed.on_common_optimum(hypothesis, &there, drawing, Effort::Rough, None).ok()?;
+            Some(signal(&there, own))
+        };
+        let found = followed(fitted(std::slice::from_ref(&fit.x), &after)?, &after)?;
         if (&found.visible - &found.linear).norm() <= NEARLY_LINEAR * found.linear.norm() {
             return Some(found);
         }
-        // a change that is large enough has several optima, and a diagnosis takes the best that it starts near
+        // a change that is large enough has several optima, and a diagnosis looks for them on the drawing as stated
         let [softer, stiffer] = &self.starts;
-        Some(signal(&fitted(&[nearest.x, softer.clone(), stiffer.clone()]).ok()?))
+        let exact = changed.exact_drawing();
+        let further = followed(fitted(&[fit.x.clone(), softer.clone(), stiffer.clone()], &exact)?, &exact)?;
+        let cost = |signal: &Signal| signal.visible.norm_squared();
+        Some(if cost(&further) < cost(&found) { further } else { found })
     }
 
     /// The same machine where the readings are changed, and their noise with them.
@@ -171,8 +180,10 @@ impl<'a> PlannedReadings<'a> {
         let starts: Vec<Vec<f64>> = starts.into_iter().step_by(2).collect();
         let amplitudes = Some(&fit.amplitudes);
         let there = changed.fit(&with, &starts, &reweighing.after, Effort::Rough, amplitudes).ok()?;
-        let missed = changed.missed(&with, &there, &reweighing.after);
-        let noise = self.stated_noise.changed(&changed, &there, reweighing);
+        let (there, own) =
+            changed.on_common_optimum(&with, &there, &reweighing.after, Effort::Rough, None).ok()?;
+        let missed = changed.missed(&with, &there, &own);
+        let noise = self.stated_noise.changed(&changed, &there, Reweighing { after: own, ..reweighing });
         let before = noise.of_stated(&DMatrix::from_columns(&[fitter.missed(hypothesis, fit, drawing)]));
         Some(noise.loss(&(missed - before.column(0))))
     }

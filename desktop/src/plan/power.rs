@@ -9,7 +9,7 @@
 
 use statrs::function::erf::{erfc, erfc_inv};
 
-use super::imitation::Candidate;
+use super::imitation::{Candidate, UnknownEvidence};
 use super::model::Signal;
 use super::planned::PlannedModel;
 use crate::diagnose::rank::{OUTSIDE, SHOWN};
@@ -63,8 +63,7 @@ pub struct Explained {
     squared: f64,
     /// Of every other candidate.
     remainders: Vec<Remainder>,
-    /// Twice the average log evidence of an unknown cause over nothing but noise.
-    unknown: f64,
+    unknown: UnknownEvidence,
 }
 
 impl Explained {
@@ -153,6 +152,8 @@ struct Other {
     /// By how much its gain, or the evidence of an unknown cause, is smaller: average and variance.
     less: f64,
     variance: f64,
+    /// Squared correlation of what it leaves with the signal.
+    common: f64,
     weight: Weight,
     /// Differences from which on it is no rival, and up to which it hides the effect.
     beaten_from: f64,
@@ -161,16 +162,20 @@ struct Other {
 
 impl Other {
     /// Probabilities that the difference is above both limits, for a gain of the effect so many standard deviations above its average.
-    fn probabilities(&self, z: f64, loss: f64) -> [f64; 2] {
+    fn probabilities(&self, z: f64) -> [f64; 2] {
         // the part of the difference that follows the gain
-        let common = if loss > 0.0 { (self.lost / loss).clamp(0.0, 1.0) } else { 0.0 };
-        let mean = self.less + 2.0 * z * self.lost.sqrt() * common.sqrt();
-        let sd = (self.variance - 4.0 * self.lost * common).max(0.0).sqrt();
+        let mean = self.less + 2.0 * z * (self.lost * self.common).sqrt();
+        let sd = (self.variance - 4.0 * self.lost * self.common).max(0.0).sqrt();
         [self.beaten_from, self.hides_to].map(|limit| match sd > 1e-9 {
             true => normal_below((mean - limit) / sd),
             false => f64::from(u8::from(mean >= limit)),
         })
     }
+}
+
+/// How much one is of another, 0 to 1.
+fn share_of(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { (part / whole).clamp(0.0, 1.0) } else { 0.0 }
 }
 
 /// What an effect stands against.
@@ -182,8 +187,8 @@ struct Contest {
     loss: f64,
     squared: f64,
     others: Vec<Other>,
-    /// Twice the logarithm of the odds of an unknown cause at the average gain.
-    unknown: f64,
+    /// Of an unknown cause; its evidence is twice the logarithm of its odds at the average gain.
+    unknown: UnknownEvidence,
 }
 
 impl Contest {
@@ -203,13 +208,15 @@ impl Contest {
                 lost,
                 less: lost + degrees - other.unknowns as f64,
                 variance: 4.0 * lost + 2.0 * different.max(0.0),
+                common: share_of(lost, loss),
                 weight: Weight::of(other, places),
                 beaten_from: f64::NAN,
                 hides_to: f64::NAN,
             }
         };
         let others = remainders.iter().map(other).collect();
-        let unknown = unknown + loss - squared + 2.0 * OUTSIDE.ln();
+        let evidence = unknown.evidence + loss - squared + 2.0 * OUTSIDE.ln();
+        let unknown = UnknownEvidence { evidence, ..unknown };
         Self { sizes, weight: Weight::of(own, places), degrees, loss, squared, others, unknown }
     }
 
@@ -225,7 +232,7 @@ impl Contest {
         let odds = |gain: f64| {
             let rivals = near.iter().map(|o| of(o.weight.twice_ln_odds(&self.sizes, gain - o.less)));
             let own = of(self.weight.twice_ln_odds(&self.sizes, gain));
-            own + rivals.sum::<f64>() + of(self.unknown + gain - self.average())
+            own + rivals.sum::<f64>() + of(self.unknown.evidence + gain - self.average())
         };
         bisect(0.0, 4.0 * self.average() + 400.0, |gain| odds(gain) >= SURE.recip() - 1.0)
     }
@@ -246,14 +253,21 @@ impl Contest {
             (other.beaten_from, other.hides_to) =
                 (beaten_from, if is_beaten { beaten_from } else { limit(-margin) });
         }
-        let less = mine - (self.unknown + gain - self.average());
-        let lost = (self.squared - self.unknown - 2.0 * OUTSIDE.recip().ln()).clamp(0.0, self.loss);
+        let less = mine - (self.unknown.evidence + gain - self.average());
+        // what it leaves and what it is free to follow beside the effect; that its evidence is less is mostly its freedom
+        let scale = share_of(self.loss, self.squared);
+        let (lost, along) = (scale * self.unknown.left, share_of(self.unknown.followed, self.squared));
+        let different = self.degrees * (1.0 - 2.0 * along) + self.unknown.freedom;
         self.others.push(Other {
             candidate: None,
             left_sd: lost.sqrt(),
             lost,
             less,
-            variance: 4.0 * lost + 2.0 * self.degrees,
+            variance: 4.0 * lost + 2.0 * different.max(0.0),
+            common: share_of(
+                (self.squared - self.unknown.followed).powi(2),
+                self.unknown.left * self.squared,
+            ),
             weight: self.weight,
             beaten_from: margin,
             hides_to: 0.0,
@@ -282,7 +296,7 @@ pub fn outcome(
         let z = deviate(below);
         let [beats, shows] =
             contest.others.iter().zip(&mut mean_beaten).fold([1.0, 1.0], |[a, b], (other, mean)| {
-                let [beaten, shown] = other.probabilities(z, contest.loss);
+                let [beaten, shown] = other.probabilities(z);
                 *mean += beaten / GAINS as f64;
                 [a * beaten, b * shown]
             });
