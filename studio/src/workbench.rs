@@ -30,6 +30,8 @@ struct KnownModel {
 /// What further measurements would tell.
 #[derive(Debug, Clone)]
 pub enum PlanState {
+    /// For the diagnosis, which says between what a measurement is to decide.
+    Waiting,
     Running(Arc<SearchProgress>),
     Found(Arc<PlanAnswer>),
     Failed(String),
@@ -116,25 +118,39 @@ impl Workbench {
             if let Some(known) = bench.known.iter_mut().find(|k| k.key == key) {
                 known.diagnosis = Some(found);
             }
+            if matches!(bench.plan(), Some(PlanState::Waiting)) {
+                this.begin_to_plan(&mut bench);
+            }
             bench.version += 1;
         });
     }
 
-    /// Begins to plan further measurements for the current model.
+    /// Plans further measurements for the current model as soon as it is diagnosed, unless that was done.
     ///
     /// # Errors
     /// If no session is open.
     pub fn plan(&self) -> Result<()> {
         let mut bench = self.lock();
         let session = bench.opened()?;
-        let (key, model) = (session.key(session.current()), session.model()?);
-        let between = bench.rivals();
-        if bench.plan.as_ref().is_some_and(|(known, _)| *known == key) {
+        let (key, is_diagnosed) = (session.key(session.current()), !bench.is_diagnosing());
+        if bench.plan().is_some() {
             return Ok(());
         }
+        bench.plan = Some((key, PlanState::Waiting));
+        bench.version += 1;
+        if is_diagnosed {
+            self.begin_to_plan(&mut bench);
+        }
+        Ok(())
+    }
+
+    /// Begins to plan further measurements for the current model, and what decides between the rivals of its diagnosis.
+    fn begin_to_plan(&self, bench: &mut Bench) {
+        let Some(session) = &bench.session else { return };
+        let (key, Ok(model)) = (session.key(session.current()), session.model()) else { return };
+        let between = bench.rivals();
         let progress = Arc::new(SearchProgress::default());
         bench.plan = Some((key.clone(), PlanState::Running(progress.clone())));
-        bench.version += 1;
         let this = self.clone();
         std::thread::spawn(move || {
             let found = match unbroken(|| planned(&model, between, &progress)) {
@@ -147,7 +163,6 @@ impl Workbench {
             }
             bench.version += 1;
         });
-        Ok(())
     }
 }
 
@@ -265,6 +280,12 @@ impl Bench {
     pub fn diagnosis(&self, step: &crate::session::step::Step) -> Option<DiagnosisState> {
         let key = self.session.as_ref()?.key(step);
         self.known.iter().find(|k| k.key == key)?.diagnosis.clone()
+    }
+
+    /// Whether the current model is being diagnosed.
+    fn is_diagnosing(&self) -> bool {
+        let current = self.session.as_ref().map(|session| session.current());
+        matches!(current.and_then(|step| self.diagnosis(step)), Some(DiagnosisState::Running(_)))
     }
 
     /// Labels of the effects that the diagnosis of the current model cannot tell apart; none before it is done.

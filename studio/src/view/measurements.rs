@@ -19,7 +19,7 @@ pub struct FurtherView {
     /// Measurements that would, as `diagnose` says them.
     advice: Vec<String>,
     is_asked: bool,
-    /// Steps done and planned.
+    /// Steps done and planned, of the diagnosis while the plan waits for it.
     progress: Option<[usize; 2]>,
     /// What would decide between the rivals, as `plan` says it.
     decision: Option<String>,
@@ -45,6 +45,10 @@ pub fn view(bench: &Bench, diagnosis: Option<&DiagnosisState>) -> FurtherView {
         is_asked: plan.is_some(),
         progress: match &plan {
             Some(PlanState::Running(progress)) => Some(progress.now()),
+            Some(PlanState::Waiting) => match diagnosis {
+                Some(DiagnosisState::Running(progress)) => Some(progress.now()),
+                _ => Some([0, 0]),
+            },
             _ => None,
         },
         decision: planned.and_then(|plan| plan.between.as_ref()).map(render::plan::decision),

@@ -1,6 +1,7 @@
 //! Sliders, fits with held parameters, readings that are left out, branches, a hidden machine.
 
 use std::io::Write as _;
+use std::path::Path;
 
 use serde_json::{Value, json};
 
@@ -162,6 +163,30 @@ fn report_holds_verdict_steps_and_commands() {
     for part in [verdict.as_str(), "The fall of the error", "seal@disk 3", "rotor-edge add rotor.toml"] {
         assert!(report.contains(part), "{part}");
     }
+}
+
+/// Asked before the diagnosis is done, which says between what a measurement is to decide.
+#[test]
+fn plan_waits_for_the_rivals_between_which_it_decides() {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/machines/single/case-009");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(own.join("rotor.toml"), folder.path().join("rotor.toml")).unwrap();
+    let measured = std::fs::read_to_string(own.join("measured.csv")).unwrap();
+    let rows = measured.lines().skip(1).step_by(6);
+    let fewer: Vec<&str> = measured.lines().take(1).chain(rows).collect();
+    std::fs::write(folder.path().join("measured.csv"), fewer.join("\n")).unwrap();
+    let studio = Studio::start(folder.path(), &["rotor.toml", "measured.csv"]);
+    let session = studio.changed("plan", &json!({}));
+    assert!(session["further"]["progress"].is_array(), "{session}");
+    let Some(mut browser) = Browser::open(&studio.address, [1280, 800]) else { return };
+    browser.wait_for_verdict("undecided");
+    browser.click("#further summary");
+    browser.wait("document.querySelector('#further').textContent.includes('decides between')");
+    let text = browser.text("#further");
+    let rivals = ["disk_skew@disk 1", "unbalance_plane@disk 1"];
+    assert!(rivals.iter().all(|rival| text.matches(rival).count() > 1), "{text}");
+    browser.keep("studio-decision");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }
 
 #[test]
