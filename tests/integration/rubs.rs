@@ -29,7 +29,7 @@ fn light_rub_at_every_speed_is_found_by_its_friction() {
 
 /// Without the speeds at which the disk touches, nothing tells how hard, so that the prediction there cannot be held against the rub.
 #[test]
-fn rub_at_resonance_is_not_doubted_for_what_other_speeds_leave_open() {
+fn rub_at_resonance_is_not_doubted_for_speeds_left_out() {
     let effect = HiddenEffect {
         machine: "ordinary/001-pedestal",
         kind: "rub",

@@ -23,7 +23,8 @@ pub fn check(base: &BaseModel, best: &CandidateFit) -> Result<HeldOut, Error> {
     let rows = base.fitter.data.rows.len();
     let of_all = |hypothesis: &Hypothesis, fit: &Fit, drawing: &Drawing| {
         let known = base.fitter.known(drawing);
-        base.fitter.fit(hypothesis, &[fit.x.clone()], &known, Effort::Search, Some(&fit.amplitudes))
+        let start = std::slice::from_ref(&fit.x);
+        base.fitter.fit(hypothesis, start, &known, Effort::Search, Some(&fit.amplitudes))
     };
     let without = of_all(&base.hypothesis, &base.fit, &base.drawing)?;
     let within = of_all(&with, &best.fit, best.drawing(base))?;
@@ -59,8 +60,8 @@ fn misfits(
     drawing: &Drawing,
 ) -> Result<Vec<f64>, Error> {
     let of = |rows: &[usize]| fitter.part_of_amplitudes(&all.amplitudes, rows);
-    let (start, known) = ([all.x.clone()], kept.known(drawing));
-    let refit = kept.fit(hypothesis, &start, &known, Effort::Search, Some(&of(kept_rows)))?;
+    let (start, known) = (std::slice::from_ref(&all.x), kept.known(drawing));
+    let refit = kept.fit(hypothesis, start, &known, Effort::Search, Some(&of(kept_rows)))?;
     // with the supports' state at the left-out speeds, where they harden or soften
     let mut there = all.clone();
     there.amplitudes = of(left_rows);
