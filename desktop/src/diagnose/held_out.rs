@@ -72,3 +72,51 @@ fn misfits(
     misfits.iter_mut().for_each(|misfit| *misfit += each);
     Ok(misfits)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::fit::data::Data;
+    use crate::machine::drawing::Noise;
+    use crate::simulate::{SimulationRequest, simulate};
+    use crate::testing::sample_rotor;
+
+    /// With J the change of the left-out readings per parameter and C the covariance of a fit to the kept ones, the misfit r has
+    /// χ² rᵀ (1 + J C Jᵀ)⁻¹ r in the noise of both; such little noise leaves the bearings nearly linear.
+    #[test]
+    fn predicted_misfit_counts_what_kept_readings_leave_open() {
+        let noise =
+            Noise { relative: 0.002, floor_um: 0.01, scale: None, correlation: None, between_runs: None };
+        let rotor = sample_rotor();
+        let speeds_rpm = (0..40).map(|k| 600.0 + 200.0 * f64::from(k)).collect();
+        let request = SimulationRequest { speeds_rpm, noise: Some(noise), seed: 3, ..Default::default() };
+        let readings = simulate(&rotor, &request).unwrap().readings;
+        let fitter = Fitter::new(&rotor, Data::new(&rotor, &noise, &readings));
+        let model = Hypothesis::drawn(&rotor, fitter.scales(None));
+        let exact = fitter.exact_drawing();
+        let start = [model.bearings.stated()];
+        let all = fitter.fit(&model, &start, &exact, Effort::Search, None).unwrap();
+        // the faster half is told by the slower one alone
+        let rows: Vec<usize> = (0..fitter.data.rows.len()).collect();
+        let (slower, faster) = rows.split_at(rows.len() / 2);
+        let sides = [slower, faster].map(|rows| (fitter.part(rows), rows.to_vec()));
+        let found: f64 = misfits(&fitter, &sides, &model, &all, &exact).unwrap().iter().sum();
+        let [(kept, _), (left, _)] = &sides;
+        let drawing = kept.known(&exact);
+        let refit = kept.fit(&model, &start, &drawing, Effort::Final, None).unwrap();
+        let (drawing, still) = (left.known(&exact), left.still());
+        let predicted =
+            left.forward(&model, &drawing, &still).unwrap().at(&refit.x, &refit.unknowns).unwrap();
+        let measured =
+            left.data.values().flat_map(|v| [v.measured_m.re, v.measured_m.im].map(|y| y / v.sigma_m));
+        let off = DVector::from_iterator(predicted.len(), measured) - predicted;
+        let slopes = left.tangent(&model, &refit.x, &drawing, &still).unwrap();
+        let both = DMatrix::identity(off.len(), off.len())
+            + &slopes * refit.covariance.unwrap() * slopes.transpose();
+        let expected = off.dot(&both.cholesky().unwrap().solve(&off));
+        assert!(off.norm_squared() > 1.2 * expected, "the kept readings leave nothing open");
+        assert!((found / expected - 1.0).abs() < 0.05, "{found} {expected}");
+    }
+}

@@ -101,7 +101,8 @@ impl Fitter<'_> {
         self.anew(data)
     }
 
-    /// What a fit on a drawing as stated misses: readings, whitened, then deviations of the bearings from their priors.
+    /// What a fit misses: readings, whitened, with errors of the drawing counted from the drawing as stated, then deviations of the
+    /// bearings from their priors.
     pub fn missed(&self, hypothesis: &Hypothesis, fit: &Fit, drawing: &Drawing) -> DVector<f64> {
         let (_, left) = drawing.whitening.apply_with(&DMatrix::zeros(fit.weighted.len(), 0), &fit.weighted);
         let priors = hypothesis.bearings.prior_residuals(&fit.x);
