@@ -30,7 +30,7 @@ struct KnownModel {
 /// What further measurements would tell.
 #[derive(Debug, Clone)]
 pub enum PlanState {
-    /// For the diagnosis, which says between what a measurement is to decide.
+    /// The diagnosis is not done, which says between what a measurement is to decide.
     Waiting,
     Running(Arc<SearchProgress>),
     Found(Arc<PlanAnswer>),
@@ -94,6 +94,8 @@ impl Workbench {
         bench.version += 1;
         bench.save_session();
         self.diagnose_current(&mut bench);
+        // a plan may wait for a model that was diagnosed while another one was looked at
+        self.plan_if_diagnosed(&mut bench);
         Ok(answer)
     }
 
@@ -118,9 +120,7 @@ impl Workbench {
             if let Some(known) = bench.known.iter_mut().find(|k| k.key == key) {
                 known.diagnosis = Some(found);
             }
-            if matches!(bench.plan(), Some(PlanState::Waiting)) {
-                this.begin_to_plan(&mut bench);
-            }
+            this.plan_if_diagnosed(&mut bench);
             bench.version += 1;
         });
     }
@@ -132,22 +132,32 @@ impl Workbench {
     pub fn plan(&self) -> Result<()> {
         let mut bench = self.lock();
         let session = bench.opened()?;
-        let (key, is_diagnosed) = (session.key(session.current()), !bench.is_diagnosing());
+        let key = session.key(session.current());
+        session.model()?;
         if bench.plan().is_some() {
             return Ok(());
         }
         bench.plan = Some((key, PlanState::Waiting));
         bench.version += 1;
-        if is_diagnosed {
-            self.begin_to_plan(&mut bench);
-        }
+        self.plan_if_diagnosed(&mut bench);
         Ok(())
     }
 
-    /// Begins to plan further measurements for the current model, and what decides between the rivals of its diagnosis.
-    fn begin_to_plan(&self, bench: &mut Bench) {
+    /// Begins to plan further measurements for the current model, and what decides between the rivals of its diagnosis, if that is
+    /// asked for and the diagnosis is done.
+    fn plan_if_diagnosed(&self, bench: &mut Bench) {
+        if !matches!(bench.plan(), Some(PlanState::Waiting)) || bench.is_diagnosing() {
+            return;
+        }
         let Some(session) = &bench.session else { return };
-        let (key, Ok(model)) = (session.key(session.current()), session.model()) else { return };
+        let key = session.key(session.current());
+        let model = match session.model() {
+            Ok(model) => model,
+            Err(error) => {
+                bench.plan = Some((key, PlanState::Failed(shown(&error))));
+                return;
+            }
+        };
         let between = bench.rivals();
         let progress = Arc::new(SearchProgress::default());
         bench.plan = Some((key.clone(), PlanState::Running(progress.clone())));

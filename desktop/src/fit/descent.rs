@@ -43,7 +43,7 @@ impl Stop {
         Self { least_gain: 2e-4, ..self }
     }
 
-    /// The same at 14 % of it, for somebody who asks what the optimum costs and not where it is.
+    /// The search ends where that distance is below 14 % of the standard deviation: near enough for what the optimum costs.
     pub const fn in_tenths_of_standard_deviations(self) -> Self {
         Self { least_gain: 2e-2, ..self }
     }
